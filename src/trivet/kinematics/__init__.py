@@ -1,0 +1,1 @@
+"""Where the joints are: inverse kinematics, working modes, travel limits, Jacobians."""

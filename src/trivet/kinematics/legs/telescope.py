@@ -1,0 +1,32 @@
+"""Telescope: a hinge, a prismatic joint along the leg, a ball (the leg of Alizade's and Behi's machines).  It has no elbow."""
+
+from __future__ import annotations
+
+import jax.numpy as jnp
+
+from trivet.kinematics.legs.plane import hinge_angle, is_ball, is_hinge, is_slide
+from trivet.kinematics.walk import Coordinate
+from trivet.model.elements import Element, Prismatic, Revolute
+from trivet.space.frame import Frame
+from trivet.space.scalar import Scalar
+from trivet.space.vector import Vec
+
+HAS_ELBOW = False
+
+
+def matches(elements: tuple[Element, ...]) -> bool:
+    """Whether a chain, less its guide, is of this family."""
+    tests = (is_hinge, is_slide, is_ball)
+    return len(elements) == len(tests) and all(test(e) for test, e in zip(tests, elements, strict=True))
+
+
+def solve(elements: tuple[Element, ...], frame: Frame, end: Vec, elbow: Scalar) -> tuple[tuple[Coordinate, ...], Scalar]:
+    """Coordinates (hinge Angle, length m) and reach (m^2, never below zero)."""
+    hinge, slide, _ = elements
+    assert isinstance(hinge, Revolute) and isinstance(slide, Prismatic)
+    to_end = end - frame.origin
+    square = to_end @ to_end
+    length = jnp.sqrt(square)
+    direction = Vec(to_end.x / length, 0, to_end.z / length)
+    angle = hinge_angle(hinge, frame.direction(slide.axis), direction)
+    return (angle, length, None), square

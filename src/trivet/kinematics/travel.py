@@ -1,0 +1,54 @@
+"""Travel: what a joint's limits speak of, compared without inverse trigonometry."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+
+from trivet.kinematics.walk import Posture, walk
+from trivet.model import Leg
+from trivet.model.elements import Curvilinear, Element, Prismatic, Revolute
+from trivet.space.scalar import Scalar
+
+
+class Gauge(NamedTuple):
+    """A joint against its travel: value, lower and upper limit on one monotonic scale (m, rad, or the sine of an elevation)."""
+
+    joint: Element
+    value: Scalar
+    low: Scalar
+    high: Scalar
+
+    @property
+    def is_sine(self) -> bool:
+        """Whether the scale is the sine of an elevation."""
+        return isinstance(self.joint, Revolute) and self.joint.measure == "elevation"
+
+
+def gauges(leg: Leg, posture: Posture) -> list[Gauge]:
+    """Every limited joint of a chain."""
+    found = []
+    steps = walk(leg.chain.elements, posture)
+    for index, (element, frame, coordinate) in enumerate(steps):
+        if not isinstance(element, (Curvilinear, Prismatic, Revolute)) or element.travel is None:
+            continue
+        low, high = element.travel
+        if isinstance(element, Prismatic):
+            found.append(Gauge(element, posture.coordinates[index], low, high))
+        elif isinstance(element, Revolute) and element.measure == "elevation":
+            follower = next(e.axis_of_body for e, _, _ in steps[index + 1 :] if e.axis_of_body is not None)
+            sine = element.advance(frame, coordinate).direction(follower).z
+            found.append(Gauge(element, sine, jnp.sin(low), jnp.sin(high)))
+        else:
+            angle = posture.coordinates[index]
+            found.append(Gauge(element, jnp.arctan2(angle.sin, angle.cos), low, high))
+    return found
+
+
+def within(leg: Leg, posture: Posture) -> Scalar:
+    """Whether a chain closes with every joint inside its travel; False, not NaN, where it does not close."""
+    inside: Scalar = posture.reach >= 0
+    for gauge in gauges(leg, posture):
+        inside = inside & (gauge.value >= gauge.low) & (gauge.value <= gauge.high)
+    return inside

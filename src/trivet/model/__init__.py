@@ -1,0 +1,7 @@
+"""The machine description: what a machine is made of, and its files.  Units pass this door and no other."""
+
+from trivet.model.machine import Chain, Leg, Machine
+from trivet.model.paths import dimensions
+from trivet.model.reading import catalogue, document_of, load, parse, schema, to_text, write
+
+__all__ = ["Chain", "Leg", "Machine", "catalogue", "dimensions", "document_of", "load", "parse", "schema", "to_text", "write"]

@@ -1,0 +1,35 @@
+"""The elements of a chain, one file each: joints (curvilinear, prismatic, revolute, spherical, universal) and bodies (beam, offset).
+
+An element is declared data (its TOML keys with units) plus a small kernel on the frames of the walk down the chain:
+
+- `advance(frame, coordinate)`: the frame beyond the element;
+- `freedoms(frame, coordinate, at)`: the twists which the joint allows, in the order of its coordinates;
+- `slack(frame, coordinate, at)`: those of them which transmit no wrench (passive and without stiffness);
+- `flexibilities(frame, coordinate, at, stock)`: compliances, each with the twist along which it yields.
+
+All twists are reduced at the point `at` and written in the axes in which the frame is written.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from trivet.model.elements.base import Body, Element, Flexibility, Joint, Profile, Stock
+from trivet.model.elements.beam import Beam
+from trivet.model.elements.curvilinear import Curvilinear
+from trivet.model.elements.offset import Offset
+from trivet.model.elements.prismatic import Prismatic
+from trivet.model.elements.revolute import Revolute
+from trivet.model.elements.spherical import Spherical
+from trivet.model.elements.universal import Universal
+
+AnyElement = Annotated[
+    Curvilinear | Prismatic | Revolute | Spherical | Universal | Beam | Offset, Field(discriminator="type")
+]
+
+__all__ = [
+    "AnyElement", "Beam", "Body", "Curvilinear", "Element", "Flexibility", "Joint", "Offset",
+    "Prismatic", "Profile", "Revolute", "Spherical", "Stock", "Universal",
+]  # fmt: skip

@@ -1,0 +1,45 @@
+"""Curvilinear joint: a prismatic joint on a circular guide (the paper's P with coordinate theta)."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import equinox as eqx
+
+from trivet.model.elements.base import Flexibility, Joint, Stock
+from trivet.model.quantity import AngleValue, PositiveLength, Stiffness
+from trivet.space.frame import Angle, Frame
+from trivet.space.screw import Twist, rotation, translation
+from trivet.space.vector import Vec
+
+
+class Curvilinear(Joint):
+    """A carriage on a circular guide about the frame's z axis; its coordinate is the angle on the circle."""
+
+    type: Literal["curvilinear"] = eqx.field(static=True)
+    radius: PositiveLength
+    """Radius of the guide circle."""
+    actuated: bool = eqx.field(static=True, default=False)
+    travel: tuple[AngleValue, AngleValue] | None = None
+    """Range of the angle; all round when not given."""
+    stiffness: Stiffness | None = None
+    """Stiffness of drive and carriage along the guide; rigid when not given."""
+    yields: Literal["translation", "rotation"] = eqx.field(static=True, default="translation")
+    """How the carriage gives way: straight along the tangent, or along the circle (turning with it)."""
+
+    def advance(self, frame: Frame, coordinate: Angle) -> Frame:
+        return frame.turn((0.0, 0.0, 1.0), coordinate).shift((self.radius, 0, 0))
+
+    def freedoms(self, frame: Frame, coordinate: Angle, at: Vec) -> tuple[Twist, ...]:
+        return (rotation(frame.z, frame.origin, at),)
+
+    def slack(self, frame: Frame, coordinate: Angle, at: Vec) -> tuple[Twist, ...]:
+        return () if self.actuated or self.stiffness is not None else self.freedoms(frame, coordinate, at)
+
+    def flexibilities(self, frame: Frame, coordinate: Angle, at: Vec, stock: Stock) -> tuple[Flexibility, ...]:
+        if self.stiffness is None:
+            return ()
+        if self.yields == "rotation":
+            return (Flexibility(1 / (self.stiffness * self.radius * self.radius), rotation(frame.z, frame.origin, at)),)
+        tangent = frame.turn((0.0, 0.0, 1.0), coordinate).y
+        return (Flexibility(1 / self.stiffness, translation(tangent)),)

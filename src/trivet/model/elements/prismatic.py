@@ -1,0 +1,51 @@
+"""Prismatic joint: a slide along a straight line, whose extended part may be a beam."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import equinox as eqx
+
+from trivet.model.elements.base import Axis, Direction, Flexibility, Joint, Profile, Stock
+from trivet.model.elements.beam import along, beam_flexibilities
+from trivet.model.quantity import Length, Stiffness
+from trivet.space.frame import Frame
+from trivet.space.scalar import Scalar
+from trivet.space.screw import Twist, translation
+from trivet.space.vector import Vec
+
+
+class Prismatic(Joint):
+    """A slide along an axis of the frame; its coordinate is the distance from where the frame stands."""
+
+    type: Literal["prismatic"] = eqx.field(static=True)
+    axis: Axis = eqx.field(static=True)
+    """Direction of positive travel."""
+    actuated: bool = eqx.field(static=True, default=False)
+    travel: tuple[Length, Length] | None = None
+    """Range of the distance; unlimited when not given."""
+    stiffness: Stiffness | None = None
+    """Stiffness of the drive along the axis; rigid when not given."""
+    beam: Profile | None = None
+    """The extended part, an elastic beam as long as the coordinate (zero is rigid); rigid when not given."""
+
+    @property
+    def axis_of_body(self) -> Direction:
+        return self.axis
+
+    def advance(self, frame: Frame, coordinate: Scalar) -> Frame:
+        return along(frame, self.axis, coordinate)
+
+    def freedoms(self, frame: Frame, coordinate: Scalar, at: Vec) -> tuple[Twist, ...]:
+        return (translation(frame.direction(self.axis)),)
+
+    def slack(self, frame: Frame, coordinate: Scalar, at: Vec) -> tuple[Twist, ...]:
+        return () if self.actuated or self.stiffness is not None else self.freedoms(frame, coordinate, at)
+
+    def flexibilities(self, frame: Frame, coordinate: Scalar, at: Vec, stock: Stock) -> tuple[Flexibility, ...]:
+        drive: tuple[Flexibility, ...] = ()
+        if self.stiffness is not None:
+            drive = (Flexibility(1 / self.stiffness, translation(frame.direction(self.axis))),)
+        if self.beam is None:
+            return drive
+        return drive + beam_flexibilities(frame, self.axis, coordinate, self.beam, at, stock)

@@ -1,0 +1,41 @@
+"""Revolute joint."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import equinox as eqx
+
+from trivet.model.elements.base import Axis, Flexibility, Joint, Stock
+from trivet.model.quantity import AngleValue, RotationalStiffness
+from trivet.space.frame import Angle, Frame
+from trivet.space.screw import Twist, rotation
+from trivet.space.vector import Vec
+
+
+class Revolute(Joint):
+    """A hinge about an axis of the frame; its coordinate is the angle turned."""
+
+    type: Literal["revolute"] = eqx.field(static=True)
+    axis: Axis = eqx.field(static=True)
+    actuated: bool = eqx.field(static=True, default=False)
+    travel: tuple[AngleValue, AngleValue] | None = None
+    """Range of what `measure` says; unlimited when not given."""
+    measure: Literal["angle", "elevation"] = eqx.field(static=True, default="angle")
+    """What the travel limits: the angle itself, or the elevation of the next body above the base plane (the paper's asin(P_z/L))."""
+    stiffness: RotationalStiffness | None = None
+    """Stiffness about the axis; of an actuated hinge rigid, of a passive one zero when not given."""
+
+    def advance(self, frame: Frame, coordinate: Angle) -> Frame:
+        return frame.turn(self.axis, coordinate)
+
+    def freedoms(self, frame: Frame, coordinate: Angle, at: Vec) -> tuple[Twist, ...]:
+        return (rotation(frame.direction(self.axis), frame.origin, at),)
+
+    def slack(self, frame: Frame, coordinate: Angle, at: Vec) -> tuple[Twist, ...]:
+        return () if self.actuated or self.stiffness is not None else self.freedoms(frame, coordinate, at)
+
+    def flexibilities(self, frame: Frame, coordinate: Angle, at: Vec, stock: Stock) -> tuple[Flexibility, ...]:
+        if self.stiffness is None:
+            return ()
+        return tuple(Flexibility(1 / self.stiffness, twist) for twist in self.freedoms(frame, coordinate, at))

@@ -1,0 +1,47 @@
+"""Spherical joint."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import equinox as eqx
+
+from trivet.model.elements.base import Flexibility, Joint, Stock
+from trivet.model.quantity import AngleValue, RotationalStiffness
+from trivet.space.frame import Angle, Frame
+from trivet.space.screw import Twist, rotation
+from trivet.space.vector import Vec
+
+_AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+class Spherical(Joint):
+    """A ball joint; its coordinates are three successive turns about x, y and z of the frame."""
+
+    type: Literal["spherical"] = eqx.field(static=True)
+    rotation: Literal["free", "clamped", "elastic"] = eqx.field(static=True, default="free")
+    """In statics: free (transmits three forces), clamped (transmits moments too, as in the paper's tables), or elastic."""
+    stiffness: RotationalStiffness | None = None
+    """Rotational stiffness about every axis, of an elastic joint."""
+    cone: AngleValue | None = None
+    """Greatest deviation from the neutral axis; recorded, not checked until a neutral axis can be stated."""
+
+    def advance(self, frame: Frame, coordinate: tuple[Angle, Angle, Angle]) -> Frame:
+        for axis, angle in zip(_AXES, coordinate, strict=True):
+            frame = frame.turn(axis, angle)
+        return frame
+
+    def freedoms(self, frame: Frame, coordinate: tuple[Angle, Angle, Angle] | None, at: Vec) -> tuple[Twist, ...]:
+        # Any three axes span the freedoms of a ball; those in which the walk is written keep their zeros.
+        return tuple(rotation(Vec(*axis), frame.origin, at) for axis in _AXES)
+
+    def slack(self, frame: Frame, coordinate: tuple[Angle, Angle, Angle] | None, at: Vec) -> tuple[Twist, ...]:
+        return self.freedoms(frame, coordinate, at) if self.rotation == "free" else ()
+
+    def flexibilities(
+        self, frame: Frame, coordinate: tuple[Angle, Angle, Angle] | None, at: Vec, stock: Stock
+    ) -> tuple[Flexibility, ...]:
+        if self.rotation != "elastic":
+            return ()
+        assert self.stiffness is not None, "checked when the file is read"
+        return tuple(Flexibility(1 / self.stiffness, twist) for twist in self.freedoms(frame, coordinate, at))

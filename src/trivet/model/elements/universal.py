@@ -1,0 +1,33 @@
+"""Universal joint."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import equinox as eqx
+
+from trivet.model.elements.base import Axis, Joint
+from trivet.space.frame import Angle, Frame
+from trivet.space.screw import Twist, rotation
+from trivet.space.vector import Vec
+
+
+class Universal(Joint):
+    """A cross joint: two hinges in succession, at right angles; its coordinates are the two angles."""
+
+    type: Literal["universal"] = eqx.field(static=True)
+    axes: tuple[Axis, Axis] = eqx.field(static=True)
+    """First and second axis, in the frame at zero angles."""
+
+    def advance(self, frame: Frame, coordinate: tuple[Angle, Angle]) -> Frame:
+        return frame.turn(self.axes[0], coordinate[0]).turn(self.axes[1], coordinate[1])
+
+    def freedoms(self, frame: Frame, coordinate: tuple[Angle, Angle], at: Vec) -> tuple[Twist, ...]:
+        turned = frame.turn(self.axes[0], coordinate[0])
+        return (
+            rotation(frame.direction(self.axes[0]), frame.origin, at),
+            rotation(turned.direction(self.axes[1]), frame.origin, at),
+        )
+
+    def slack(self, frame: Frame, coordinate: tuple[Angle, Angle], at: Vec) -> tuple[Twist, ...]:
+        return self.freedoms(frame, coordinate, at)

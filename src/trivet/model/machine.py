@@ -1,0 +1,259 @@
+"""The machine: one description of which everything is derived.
+
+A `Machine` is a JAX pytree.  Every dimension is a leaf (float in SI), so any result can be differentiated with respect to any
+of them; the topology is static.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Annotated, Literal, NamedTuple, TypeVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from pydantic import Field, StringConstraints
+
+from trivet.model.elements import AnyElement, Curvilinear, Element, Spherical, Stock
+from trivet.model.elements.base import Name
+from trivet.model.quantity import AngleValue, Inertia, Length, LengthOrZero, Mass, PositiveLength, Stiffness, StiffnessVariance
+from trivet.model.section import STRICT, Material, Section
+from trivet.space.frame import IDENTITY, Angle, Frame
+from trivet.space.scalar import Scalar, is_known
+
+MOST_COPIES = 24
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True)
+class Published:
+    """Published statistics of a stiffness over the machine's workpiece, to be printed beside our own."""
+
+    __pydantic_config__ = STRICT
+
+    source: str
+    """Where they are published."""
+    quantity: Literal["K_xx", "K_yy", "K_zz"]
+    """Which stiffness."""
+    mean: Stiffness
+    """Arithmetic mean over the check points."""
+    variance: StiffnessVariance | None = None
+    """Population variance over the check points."""
+
+
+@dataclass(frozen=True)
+class Note:
+    """Where a number comes from."""
+
+    path: str
+    source: str = ""
+    status: Literal["given", "fitted", "assumed"] = "given"
+
+
+@dataclass(frozen=True)
+class About:
+    """Words about a machine.  They take no part in comparison: two machines of one topology share compiled kernels."""
+
+    __pydantic_config__ = STRICT
+
+    name: Name = field(compare=False)
+    title: str = field(default="", compare=False)
+    description: str = field(default="", compare=False)
+    source: str = field(default="", compare=False)
+    """Source of every number that has none of its own."""
+    published: tuple[Published, ...] = field(default=(), compare=False)
+    notes: tuple[Note, ...] = field(default=(), compare=False)
+    """Sources of single numbers; written beside the numbers in the file."""
+
+
+class Base(eqx.Module):
+    """Where a chain stands: the frame of its first joint is turned by the azimuth about z, then moved out and up."""
+
+    __pydantic_config__ = STRICT
+
+    azimuth: AngleValue = 0.0
+    radius: LengthOrZero | None = None
+    height: Length | None = None
+
+
+class PlatformJoint(eqx.Module):
+    """Where a chain ends, in the platform frame {E}; its frame there is turned by the azimuth about z_E."""
+
+    __pydantic_config__ = STRICT
+
+    radius: LengthOrZero
+    azimuth: AngleValue = 0.0
+    height: Length | None = None
+
+
+class Chain(eqx.Module):
+    """A kinematic chain, from the ground to the platform, repeated by rotation about z."""
+
+    __pydantic_config__ = STRICT
+
+    platform_joint: PlatformJoint
+    elements: Annotated[tuple[AnyElement, ...], Field(min_length=2, max_length=24)]
+    copies: Annotated[int, Field(ge=1, le=MOST_COPIES)] = eqx.field(static=True, default=1)
+    """How many such chains stand around the z axis, equally spaced."""
+    base: Base | None = None
+
+
+class Disc(eqx.Module):
+    """A homogeneous round plate about the platform centre, which gives the platform its mass."""
+
+    __pydantic_config__ = STRICT
+
+    radius: PositiveLength
+    thickness: PositiveLength
+    material: str = eqx.field(static=True)
+
+
+class Platform(eqx.Module):
+    """The rigid moving platform; its frame {E} has its origin in the platform centre and z_E along the platform normal."""
+
+    __pydantic_config__ = STRICT
+
+    disc: Disc | None = None
+    """Shape from which the mass is derived; the platform has no mass when neither this nor `mass` is given."""
+    mass: Mass | None = None
+    """Mass, instead of a disc."""
+    inertia: tuple[Inertia, Inertia, Inertia] | None = None
+    """Principal moments of inertia about the centre of mass, along the axes of {E}; with `mass`."""
+    centre_of_mass: tuple[Length, Length, Length] | None = None
+    """In {E}; the platform centre when not given."""
+    tool_tip: tuple[Length, Length, Length] | None = None
+    """In {E}; the platform centre when not given."""
+
+
+class Home(eqx.Module):
+    """The home pose, and the working mode in which the machine is assembled."""
+
+    __pydantic_config__ = STRICT
+
+    position: tuple[Length, Length, Length]
+    """Platform centre in {O}."""
+    azimuth: AngleValue = 0.0
+    """alpha of R = Rz(alpha) Ry(beta) Rz(gamma)."""
+    tilt: AngleValue = 0.0
+    """beta."""
+    roll: AngleValue = 0.0
+    """gamma."""
+    mode: Annotated[str, StringConstraints(pattern=r"^[+\- ]*$", max_length=100)] = eqx.field(static=True, default="")
+    """Working mode, one group of signs per chain ("++ +- ++"); all plus when not given."""
+
+
+class Workpiece(eqx.Module):
+    """The hemisphere over which machines are compared; its centre lies on the z axis."""
+
+    __pydantic_config__ = STRICT
+
+    height: Length
+    """Height of its centre above {O}, z0."""
+    radius: PositiveLength
+
+
+class Machine(eqx.Module):
+    """A parallel kinematic machine: platform, chains, and what they are made of; lengths in m, forces in N, angles in rad."""
+
+    __pydantic_config__ = STRICT
+
+    about: About = eqx.field(static=True)
+    platform: Platform
+    chains: Annotated[dict[Name, Chain], Field(min_length=1, max_length=MOST_COPIES)]
+    home: Home
+    sections: dict[Name, Annotated[Section, Field(discriminator="shape")]] = eqx.field(default_factory=dict)
+    materials: dict[Name, Material] = eqx.field(default_factory=dict)
+    workpiece: Workpiece | None = None
+    theory: Literal["euler-bernoulli", "timoshenko"] = eqx.field(static=True, default="euler-bernoulli")
+    """Beam theory: without or with shear deflection."""
+    format: Literal[1] = eqx.field(static=True, default=1)
+    """Version of the file format."""
+
+    @property
+    def name(self) -> str:
+        """Name of the machine."""
+        return self.about.name
+
+    @property
+    def stock(self) -> Stock:
+        """Sections, materials and beam theory."""
+        return Stock(self.sections, self.materials, self.theory)
+
+    @property
+    def legs(self) -> tuple[Leg, ...]:
+        """The chains one by one: "leg-1", "leg-2", … for the copies of the chain "leg"."""
+        return tuple(self._legs())
+
+    def _legs(self) -> Iterator[Leg]:
+        for name, chain in sorted(self.chains.items()):  # the order in which JAX rebuilds a dict
+            for copy in range(chain.copies):
+                yield Leg(f"{name}-{copy + 1}" if chain.copies > 1 else name, chain, 2 * math.pi * copy / chain.copies)
+
+    @property
+    def characteristic_length(self) -> Scalar:
+        """Mean radius of the platform joints (m), by which rotations are made comparable with translations."""
+        legs = self.legs
+        return sum(leg.chain.platform_joint.radius for leg in legs) / len(legs)
+
+    def with_spherical(self, rotation: Literal["free", "clamped"] | float) -> Machine:
+        """The machine with every spherical joint free, clamped, or elastic with a rotational stiffness (N m/rad)."""
+
+        def change(joint: Spherical) -> Spherical:
+            kind, rate = (rotation, None) if isinstance(rotation, str) else ("elastic", rotation)
+            return _replace(joint, rotation=kind, stiffness=rate)
+
+        return self._with_elements(lambda e: change(e) if isinstance(e, Spherical) else e)
+
+    def with_guide(self, yields: Literal["translation", "rotation"]) -> Machine:
+        """The machine with every curvilinear joint yielding along its tangent or along its circle."""
+        return self._with_elements(lambda e: _replace(e, yields=yields) if isinstance(e, Curvilinear) else e)
+
+    def with_theory(self, theory: Literal["euler-bernoulli", "timoshenko"]) -> Machine:
+        """The machine with or without shear deflection of its beams."""
+        return _replace(self, theory=theory)
+
+    def _with_elements(self, change: Callable[[Element], Element]) -> Machine:
+        chains = {
+            name: _replace(chain, elements=tuple(change(e) for e in chain.elements))
+            for name, chain in self.chains.items()
+        }
+        return _replace(self, chains=chains)
+
+
+class Leg(NamedTuple):
+    """One chain where it stands."""
+
+    name: str
+    chain: Chain
+    rotation: float
+    """Rotation about z from the first copy of the chain, rad; of its base and of its platform joint alike."""
+
+    def platform_frame(self) -> Frame:
+        """Frame of the platform joint in {E}."""
+        joint = self.chain.platform_joint
+        return _polar(joint.azimuth, joint.radius, joint.height, self.rotation)
+
+    def base_frame(self) -> Frame:
+        """Frame of the first joint in {O}; {O} itself for a chain without a base (a carriage on a circle about z)."""
+        base = self.chain.base
+        if base is None:
+            return IDENTITY
+        return _polar(base.azimuth, base.radius, base.height, self.rotation)
+
+
+def _polar(azimuth: Scalar, radius: Scalar | None, height: Scalar | None, rotation: float) -> Frame:
+    """A frame turned about z, then moved out along its x and up along z; None is zero, known as such to the kernels."""
+    return IDENTITY.turn((0.0, 0.0, 1.0), turned_by(azimuth, rotation)).shift((0 if radius is None else radius, 0, 0 if height is None else height))
+
+
+def turned_by(azimuth: Scalar, rotation: float) -> Angle:
+    """Cosine and sine of an azimuth plus a known rotation."""
+    if is_known(azimuth):
+        return Angle(math.cos(azimuth + rotation), math.sin(azimuth + rotation))
+    return Angle(jnp.cos(azimuth + rotation), jnp.sin(azimuth + rotation))
+
+
+def _replace(module: _T, **changes: object) -> _T:
+    return dataclasses.replace(module, **changes)  # type: ignore[type-var]

@@ -1,0 +1,111 @@
+"""Key paths: the address of a value in a machine file, as messages, `--set` and gradients spell it.
+
+A path is the keys joined by dots; members of a list that have a name go by it: `chains.leg.elements.link.length`.
+Any ending, or the full path with segments left out, addresses the same value where it is unambiguous: `link.length`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import jax
+
+from trivet.errors import InputError, nearest
+
+Key = str | int
+
+
+def join(document: Any, keys: Sequence[Key]) -> str:
+    """The path of a place in a document, given its keys; keys which the document lacks are taken as they are."""
+    parts: list[str] = []
+    for key in keys:
+        if isinstance(key, int):
+            member = document[key] if isinstance(document, list) and key < len(document) else None
+            name = member.get("name") if isinstance(member, dict) else None
+            parts.append(name if isinstance(name, str) else str(key + 1))
+            document = member
+        else:
+            parts.append(str(key))
+            document = document.get(key) if isinstance(document, dict) else None
+    return ".".join(parts)
+
+
+def leaves(document: Any, keys: tuple[Key, ...] = ()) -> Iterator[tuple[Key, ...]]:
+    """Keys of every value of a document, depth first."""
+    if isinstance(document, dict) and "value" not in document:
+        for key, value in document.items():
+            yield from leaves(value, (*keys, key))
+    elif isinstance(document, list) and any(isinstance(v, (dict, list)) for v in document):
+        for index, value in enumerate(document):
+            yield from leaves(value, (*keys, index))
+    else:
+        yield keys
+
+
+def find(document: dict[str, Any], path: str) -> tuple[Key, ...]:
+    """Keys of the one value that a path, or an abbreviation of it, addresses."""
+    wanted = path.split(".")
+    candidates = {join(document, keys): keys for keys in leaves(document)}
+    if path in candidates:
+        return candidates[path]
+    matches = [full for full in candidates if _abbreviates(wanted, full.split("."))]
+    if len(matches) == 1:
+        return candidates[matches[0]]
+    if matches:
+        raise InputError(f"{path}: ambiguous; it could be {' or '.join(sorted(matches)[:4])}")
+    parent = _parent(document, wanted)
+    if parent is not None:
+        return parent
+    endings = {".".join(full.split(".")[-2:]) for full in candidates} | set(candidates)
+    raise InputError(f"{path}: no such key in this machine{nearest(path, endings)}")
+
+
+def _abbreviates(wanted: list[str], full: list[str]) -> bool:
+    if wanted[-1] != full[-1]:
+        return False
+    rest = iter(full)
+    return all(part in rest for part in wanted)
+
+
+def _parent(document: dict[str, Any], wanted: list[str]) -> tuple[Key, ...] | None:
+    """Keys of a value that the document does not hold yet, when the table around it is spelled in full."""
+    keys: list[Key] = []
+    here: Any = document
+    for part in wanted[:-1]:
+        if isinstance(here, dict) and part in here:
+            keys.append(part)
+            here = here[part]
+        elif isinstance(here, list):
+            index = next((i for i, v in enumerate(here) if isinstance(v, dict) and v.get("name") == part), None)
+            if index is None:
+                return None
+            keys.append(index)
+            here = here[index]
+        else:
+            return None
+    return (*keys, wanted[-1]) if isinstance(here, dict) else None
+
+
+def put(document: Any, keys: Sequence[Key], value: Any) -> None:
+    """Set a value in place."""
+    for key in keys[:-1]:
+        document = document[key]
+    document[keys[-1]] = value
+
+
+def dimensions(machine: Any) -> dict[str, Any]:
+    """Every dimension of a machine (or of a gradient with respect to one) by its key path; values in SI."""
+    found = {}
+    for keys, value in jax.tree_util.tree_flatten_with_path(machine)[0]:
+        here, parts = machine, []
+        for key in keys:
+            entry = getattr(key, "name", None) or getattr(key, "key", None)
+            if entry is None:
+                here = here[key.idx]
+                parts.append(getattr(here, "name", str(key.idx + 1)))
+            else:
+                here = here[entry] if isinstance(here, dict) else getattr(here, entry)
+                parts.append(entry)
+        found[".".join(parts)] = value
+    return found

@@ -1,0 +1,46 @@
+"""Twists and wrenches, reduced at one point."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from trivet.space.frame import Angle, about_z
+from trivet.space.scalar import Scalar, add
+from trivet.space.vector import ZERO, Vec
+
+
+class Twist(NamedTuple):
+    """A small motion: velocity of the reduction point (m/s) and angular velocity (rad/s)."""
+
+    linear: Vec
+    angular: Vec
+
+
+class Wrench(NamedTuple):
+    """A force (N) and the moment about the reduction point (N m)."""
+
+    force: Vec
+    moment: Vec
+
+    def __matmul__(self, twist: Twist) -> Scalar:
+        """Power of the wrench on a twist (W)."""
+        return add(self.force @ twist.linear, self.moment @ twist.angular)
+
+    def plus(self, other: Wrench, factor: Scalar) -> Wrench:
+        """This wrench plus a multiple of another."""
+        return Wrench(self.force + other.force * factor, self.moment + other.moment * factor)
+
+    def carried(self, heading: Angle, arm: Vec) -> Wrench:
+        """The wrench turned about z, then reduced at another point; arm (in the outer axes) leads from there to here."""
+        force, moment = about_z(heading, self.force), about_z(heading, self.moment)
+        return Wrench(force, moment + arm.cross(force))
+
+
+def translation(direction: Vec) -> Twist:
+    """Unit translation along a direction."""
+    return Twist(direction, ZERO)
+
+
+def rotation(axis: Vec, through: Vec, at: Vec) -> Twist:
+    """Unit rotation about an axis through a point, reduced at the point `at`."""
+    return Twist(axis.cross(at - through), axis)
