@@ -1,0 +1,121 @@
+"""What every joint does at a pose, and why a pose is not reached."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from trivet.kinematics.inverse import inverse
+from trivet.kinematics.travel import gauges
+from trivet.model import Machine
+from trivet.model.elements import Curvilinear, Element, Prismatic, Revolute
+from trivet.space.frame import Frame
+from trivet.space.scalar import Scalar
+
+OK, UNREACHABLE, OUTSIDE_TRAVEL = 0, 1, 2
+"""Status of a pose: reached; some chain cannot close; some joint is outside its travel."""
+
+STATUS_WORDS = ("reached", "unreachable", "outside travel")
+
+
+class JointState(NamedTuple):
+    """Joints of all chains, in the order of `joint_names`; arrays over joints in the last axis (m or rad)."""
+
+    coordinate: Scalar
+    gauge: Scalar
+    """What the travel limits: the coordinate, or the elevation of the next body."""
+    low: Scalar
+    high: Scalar
+    reach: Scalar
+    """Per chain: below zero where it cannot close (m^2)."""
+
+
+def reported(element: Element) -> bool:
+    """Whether the joint's single coordinate follows from the inverse kinematics of the leg families."""
+    return isinstance(element, (Curvilinear, Prismatic, Revolute))
+
+
+def joint_names(machine: Machine) -> list[str]:
+    """Names of the joints in reports: "leg-1.slide"."""
+    return [f"{leg.name}.{e.name}" for leg in machine.legs for e in leg.chain.elements if reported(e)]
+
+
+def joint_elements(machine: Machine) -> list[Element]:
+    """The joints in the order of `joint_names`."""
+    return [e for leg in machine.legs for e in leg.chain.elements if reported(e)]
+
+
+def joint_state(machine: Machine, pose: Frame, signs: Scalar) -> JointState:
+    """Coordinates, travel and reach of all joints at one pose (NaN where a chain cannot close)."""
+    columns: list[tuple[Scalar, ...]] = []
+    reach = []
+    for index, leg in enumerate(machine.legs):
+        posture = inverse(leg, pose, signs[index])
+        reach.append(posture.reach)
+        limited = {gauge.joint.name: gauge for gauge in gauges(leg, posture)}
+        for element, coordinate in zip(leg.chain.elements, posture.coordinates, strict=True):
+            if not reported(element):
+                continue
+            plain = coordinate if isinstance(element, Prismatic) else jnp.arctan2(coordinate.sin, coordinate.cos)
+            gauge = limited.get(element.name)
+            if gauge is None:
+                columns.append((plain, plain, -math.inf, math.inf))
+            elif gauge.is_sine:
+                columns.append((plain, jnp.arcsin(gauge.value), *element.travel))  # type: ignore[attr-defined]
+            else:
+                columns.append((plain, gauge.value, gauge.low, gauge.high))
+    arrays = [jnp.stack([jnp.asarray(v, dtype=float) for v in column]) for column in zip(*columns, strict=True)]
+    return JointState(*arrays, jnp.stack([jnp.asarray(r, dtype=float) for r in reach]))
+
+
+joint_states = jax.jit(jax.vmap(joint_state, in_axes=(None, 0, None)))
+"""`joint_state` over a batch of poses: component arrays of shape (n,)."""
+
+
+class Shortfall(NamedTuple):
+    """How a pose fails: status, chain and joint (None for a chain that cannot close), and a sentence."""
+
+    status: int
+    chain: str
+    joint: str | None
+    reason: str
+
+
+def shortfall(machine: Machine, state: JointState, roll_index: int = 0) -> Shortfall | None:
+    """Why one pose is not reached, by the joint which is furthest outside; None when it is reached.
+
+    Args:
+        machine: the machine.
+        state: joint states of a batch of poses, as NumPy arrays (n, joints).
+        roll_index: which pose of the batch.
+    """
+    legs = machine.legs
+    reach = np.asarray(state.reach[roll_index])
+    if not np.all(reach >= 0):
+        worst = int(np.argmin(np.where(np.isnan(reach), -np.inf, reach)))
+        missing = math.sqrt(-reach[worst]) * 1e3 if reach[worst] < 0 else math.nan
+        where = legs[worst].name
+        return Shortfall(UNREACHABLE, where, None, f"{where} cannot close: its links are too short or too long (off by {missing:.3g} mm)")
+    outside = travel_excess(state)[roll_index]
+    worst = int(np.argmax(outside))
+    if outside[worst] <= 0:
+        return None
+    name, element = joint_names(machine)[worst], joint_elements(machine)[worst]
+    value, low, high = (float(a[roll_index, worst]) for a in (state.gauge, state.low, state.high))
+    unit, scale = ("mm", 1e3) if isinstance(element, Prismatic) else ("deg", math.degrees(1))
+    word = "elevation " if isinstance(element, Revolute) and element.measure == "elevation" else ""
+    relation, limit = ("below", low) if value < low else ("above", high)
+    reason = f"{name} {word}at {value * scale:.4g} {unit} is {relation} its limit of {limit * scale:.4g} {unit}"
+    return Shortfall(OUTSIDE_TRAVEL, name.split(".")[0], element.name, reason)
+
+
+def travel_excess(state: JointState) -> Any:
+    """How far each joint is outside its travel, as a fraction of the travel (n, joints); zero or less inside."""
+    gauge, low, high = (np.asarray(a) for a in (state.gauge, state.low, state.high))
+    limited = np.isfinite(low)
+    span = np.where(limited, high - low, 1.0)
+    return np.where(limited, np.maximum(np.where(limited, low, 0.0) - gauge, gauge - np.where(limited, high, 0.0)) / span, -np.inf)

@@ -1,0 +1,199 @@
+"""Best roll: over a surface of check points, the roll about the platform normal which maximises a scalar of the stiffness.
+
+Per point: a grid of rolls finds the hills, a zoom on the highest hills finds their tops as a continuous optimum.  Where a limit
+of a joint cuts a hill, the zoom ends at the limit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+from trivet.errors import InputError
+from trivet.model import Machine, dimensions
+from trivet.space.frame import Angle, Frame
+from trivet.space.pose import rolled, tangent_axes
+from trivet.space.scalar import Scalar
+from trivet.space.surface import Surface
+from trivet.space.vector import Vec
+from trivet.statics.compliance import platform_stiffness
+from trivet.statics.objective import Objective
+
+POINTS_PER_CHUNK = 512
+HILLS = 6
+"""Highest hills of the grid that are climbed; a three-fold symmetric machine has three of equal height."""
+CANDIDATES, LEVELS = 9, 13
+"""The zoom looks at so many rolls per level and narrows four-fold each time: 1 degree to below 1e-9 rad."""
+TIE = 1e-9
+"""Relative difference below which two tops count as equal."""
+
+
+@dataclass(frozen=True)
+class BestRoll:
+    """Best roll per point of a surface; NaN at points which no roll reaches."""
+
+    roll: NDArray[Any]
+    """(n,) rad in [0, 2 pi); the smallest of the ties."""
+    value: NDArray[Any]
+    """(n,) objective (SI)."""
+    ties: NDArray[Any]
+    """(n,) number of rolls that are equally good; 0 where no roll reaches."""
+    at_limit: NDArray[Any]
+    """(n,) whether a joint's limit, rather than the top of a hill, decides."""
+
+
+def unrolled(position: Any, azimuth: Any, tilt: Any) -> Frame:
+    """Tangent frames at zero roll; component arrays of shape (n,)."""
+    normal, x, y = tangent_axes(np.asarray(azimuth, dtype=float), np.asarray(tilt, dtype=float))
+    return Frame(Vec(*np.moveaxis(np.asarray(position, dtype=float), -1, 0)), x, y, normal)
+
+
+def _value(machine: Machine, frame: Frame, roll: Angle, signs: Scalar, scalar: Objective) -> Scalar:
+    """Objective at rolled poses; minus infinity where they are not reached."""
+    stiffness, reached = platform_stiffness(machine, rolled(frame, roll), signs)
+    return jnp.where(reached, scalar(stiffness), -jnp.inf)
+
+
+@partial(jax.jit, static_argnames="scalar")
+def on_grid(machine: Machine, frames: Frame, rolls: Angle, signs: Scalar, scalar: Objective) -> Scalar:
+    """Objective at every point and roll: frames (n, 1), rolls (m,), result (n, m); minus infinity where not reached."""
+    return _value(machine, frames, rolls, signs, scalar)
+
+
+@partial(jax.jit, static_argnames="scalar")
+def _zoom(machine: Machine, frames: Frame, centre: Angle, offsets: Angle, signs: Scalar, scalar: Objective) -> Any:
+    """Climb hills: frames (n, 1, 1), centre (n, k, 1), offsets (levels, candidates); gives the tops and their rolls (n, k)."""
+
+    def narrow(centre: Angle, offset: Angle) -> tuple[Angle, Scalar]:
+        # Angle addition: no sine or cosine inside the kernel.
+        tried = Angle(centre.cos * offset.cos - centre.sin * offset.sin, centre.sin * offset.cos + centre.cos * offset.sin)
+        values = _value(machine, frames, tried, signs, scalar)
+        best = jnp.argmax(values, axis=-1, keepdims=True)
+        take = partial(jnp.take_along_axis, indices=best, axis=-1)
+        return Angle(take(tried.cos), take(tried.sin)), take(values)[..., 0]
+
+    last, values = jax.lax.scan(narrow, centre, offsets)
+    return values[-1], jnp.arctan2(last.sin, last.cos)[..., 0], values[-2]
+
+
+def best_roll(
+    machine: Machine,
+    surface: Surface,
+    signs: Any,
+    scalar: Objective,
+    rolls: int = 360,
+    progress: Callable[[int], None] = lambda points: None,
+) -> BestRoll:
+    """The roll which maximises a scalar of the stiffness at every point of a surface.
+
+    Args:
+        machine: the machine.
+        surface: n check points.
+        signs: (n_chains, 2) working mode.
+        scalar: what to maximise.
+        rolls: rolls of the first grid; hills or reachable windows narrower than 360/rolls degrees can be missed.
+        progress: called with the number of points done, chunk by chunk.
+
+    Raises:
+        InputError: for an empty surface or fewer than 8 rolls.
+    """
+    if len(surface) == 0:
+        raise InputError(f"surface {surface.name}: has no points")
+    if not 8 <= rolls <= 100_000:
+        raise InputError(f"rolls: {rolls}; between 8 and 100000 are needed to find the hills")
+    count = len(surface)
+    size = min(POINTS_PER_CHUNK, count)
+    model, branch = jax.tree.map(jnp.asarray, machine), jnp.asarray(signs)
+    parts = []
+    for start in range(0, count, size):
+        index = np.minimum(np.arange(start, start + size), count - 1)
+        frames = unrolled(surface.position[index], surface.azimuth[index], surface.tilt[index])
+        parts.append([a[: count - start] for a in _search(model, frames, branch, scalar, rolls)])
+        progress(min(start + size, count))
+    return BestRoll(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def _search(machine: Machine, frames: Frame, signs: Scalar, scalar: Objective, rolls: int) -> tuple[Any, ...]:
+    step = 2 * math.pi / rolls
+    grid = step * np.arange(rolls)
+    values = np.asarray(on_grid(machine, _expand(frames, 1), Angle(np.cos(grid), np.sin(grid)), signs, scalar))
+    hills = _hills(values, min(HILLS, rolls))
+    spacing = step * 0.25 ** np.arange(1, LEVELS + 1)
+    offset = spacing[:, None] * np.arange(-(CANDIDATES // 2), CANDIDATES // 2 + 1)
+    centre = grid[hills][..., None]
+    tops, roll, _ = _zoom(
+        machine, _expand(frames, 2), Angle(np.cos(centre), np.sin(centre)), Angle(np.cos(offset), np.sin(offset)), signs, scalar
+    )
+    # A hill that the grid did not reach has no top, even where the zoom happened upon one beside it.
+    tops = np.where(np.isfinite(np.take_along_axis(values, hills, 1)), np.asarray(tops), -np.inf)
+    return _settle(machine, frames, signs, scalar, tops, np.mod(np.asarray(roll), 2 * math.pi))
+
+
+def _hills(values: NDArray[Any], most: int) -> NDArray[Any]:
+    """Columns of the highest local maxima along the closed last axis (n, most)."""
+    is_top = (values >= np.roll(values, 1, axis=1)) & (values > np.roll(values, -1, axis=1)) & np.isfinite(values)
+    # A grid on which all values are equal has no local maximum; its first column serves.
+    is_top[:, 0] |= ~is_top.any(axis=1)
+    ranked = np.where(is_top, values, -np.inf)
+    return np.argsort(-ranked, axis=1, kind="stable")[:, :most]
+
+
+def _settle(
+    machine: Machine, frames: Frame, signs: Scalar, scalar: Objective, tops: NDArray[Any], roll: NDArray[Any]
+) -> tuple[Any, ...]:
+    """Of the tops that were climbed: the best value, its smallest roll, how many are as good, whether a limit decided."""
+    best = tops.max(axis=1)
+    found = np.isfinite(best)
+    equal = np.isfinite(tops) & (tops >= (best - TIE * np.abs(best))[:, None])
+    # Two hills may lead to the same top; rolls closer than this are one.
+    order = np.sort(np.where(equal, roll, np.inf), axis=1)
+    with np.errstate(invalid="ignore"):
+        distinct = np.isfinite(order) & ~(np.diff(order, axis=1, prepend=-np.inf) < 1e-5)
+    chosen = np.where(found, order[:, 0], 0.0)
+    wrapped = distinct.sum(axis=1) - ((distinct.sum(axis=1) > 1) & (np.where(np.isfinite(order), order, 0).max(axis=1) - chosen > 2 * math.pi - 1e-5))
+    beside = chosen[:, None] + np.array([-1e-6, 1e-6])
+    around = np.asarray(on_grid_pairs(machine, _expand(frames, 1), Angle(np.cos(beside), np.sin(beside)), signs, scalar))
+    at_limit = found & ~np.isfinite(around).all(axis=1)
+    nan = np.where(found, 0.0, np.nan)
+    return chosen + nan, np.where(found, best, np.nan), np.where(found, wrapped, 0), at_limit
+
+
+on_grid_pairs = on_grid
+
+
+def _expand(frames: Frame, axes: int) -> Frame:
+    return jax.tree.map(lambda c: jnp.asarray(c).reshape(np.shape(c) + (1,) * axes), frames)
+
+
+@partial(jax.jit, static_argnames="scalar")
+def mean_objective(machine: Machine, frames: Frame, roll: Angle, signs: Scalar, scalar: Objective) -> Scalar:
+    """Mean of the objective over poses (n,) at fixed rolls; differentiable in every dimension.
+
+    At interior best rolls the derivative of the mean with respect to a dimension is that of the mean best-roll objective, since
+    the objective's derivative with respect to the roll vanishes there (envelope theorem).
+    """
+    stiffness, _ = platform_stiffness(machine, rolled(frames, roll), signs)
+    return jnp.mean(scalar(stiffness))
+
+
+_mean_and_gradient = jax.jit(jax.value_and_grad(mean_objective), static_argnames="scalar")
+
+
+def mean_and_gradient(
+    machine: Machine, surface: Surface, best: BestRoll, signs: Any, scalar: Objective
+) -> tuple[float, dict[str, float]]:
+    """Mean best-roll objective over the reached points and its derivative with respect to every dimension by key path (SI)."""
+    used = np.isfinite(best.roll)
+    frames = unrolled(surface.position[used], surface.azimuth[used], surface.tilt[used])
+    roll = Angle(np.cos(best.roll[used]), np.sin(best.roll[used]))
+    model = jax.tree.map(jnp.asarray, machine)
+    value, gradient = _mean_and_gradient(model, frames, roll, jnp.asarray(signs), scalar)
+    return float(value), {path: float(slope) for path, slope in dimensions(gradient).items()}

@@ -1,0 +1,99 @@
+"""Stiffness of many poses: fixed chunks, each a batch of the one-pose kernel, over all cores, in constant memory."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from trivet.model import Machine
+from trivet.space.frame import Frame
+from trivet.space.scalar import Scalar
+from trivet.statics.compliance import platform_stiffness
+
+TILE = 2048
+"""Poses worked on at a time: few enough that the intermediate arrays of the fused kernel stay in the cache of one core."""
+CHUNK = 16
+"""Tiles per call."""
+
+UPPER = tuple((i, j) for i in range(6) for j in range(i, 6))
+
+
+def stiffness_entries(machine: Machine, pose: Frame, signs: Scalar) -> tuple[tuple[Scalar, ...], Scalar]:
+    """The 21 entries of the upper triangle by rows, and whether the pose is reached; one pose or component arrays."""
+    stiffness, reached = platform_stiffness(machine, pose, signs)
+    return tuple(stiffness[i, j] for i, j in UPPER), reached
+
+
+@jax.jit
+def _tiles(machine: Machine, poses: Frame, signs: Scalar) -> tuple[tuple[Scalar, ...], Scalar]:
+    return jax.lax.map(lambda pose: stiffness_entries(machine, pose, signs), poses)
+
+
+def stream(machine: Machine, poses: Iterator[Frame], signs: Any) -> Iterator[tuple[tuple[Any, ...], Any]]:
+    """Stiffness of an unending row of batches of poses, each of CHUNK * TILE poses, in their order and in constant memory.
+
+    Args:
+        machine: the machine.
+        poses: batches of platform frames with component arrays of shape (CHUNK, TILE).
+        signs: (n_chains, 2) working mode.
+
+    Yields:
+        The 21 upper entries (SI) and the reached flags, arrays of shape (CHUNK, TILE).
+    """
+    run = partial(_tiles, jax.tree.map(jnp.asarray, machine), signs=jnp.asarray(signs))
+    yield from in_threads(lambda pose: jax.block_until_ready(run(pose)), poses)
+
+
+def stiffness(machine: Machine, poses: Frame, signs: Any) -> tuple[Any, Any]:
+    """Stiffness of a batch of poses.
+
+    Args:
+        machine: the machine.
+        poses: platform frames {E} in {O}, component arrays of shape (n,).
+        signs: (n_chains, 2) working mode.
+
+    Returns:
+        (n, 6, 6) stiffness at the platform centre in {O}, forces first (N/m, N/rad, N m/rad), NaN where a chain cannot close,
+        and (n,) whether the pose is reached with all joints inside their travel.
+    """
+    components = [np.asarray(c, dtype=float).ravel() for c in jax.tree.leaves(poses)]
+    count = components[0].size
+    tile = min(TILE, max(1, count))
+    rows = min(CHUNK, -(-count // tile))
+    size = tile * rows
+    structure = jax.tree.structure(poses)
+
+    def batches() -> Iterator[Frame]:
+        for start in range(0, count, size):
+            index = np.minimum(np.arange(start, start + size), count - 1).reshape(rows, tile)
+            yield jax.tree.unflatten(structure, [jnp.asarray(c[index]) for c in components])
+
+    matrix = np.empty((count, 6, 6))
+    reached = np.empty(count, dtype=bool)
+    for k, (entries, inside) in enumerate(stream(machine, batches(), signs)):
+        keep = slice(k * size, min((k + 1) * size, count))
+        taken = keep.stop - keep.start
+        for (i, j), entry in zip(UPPER, entries, strict=True):
+            matrix[keep, i, j] = matrix[keep, j, i] = np.asarray(entry).ravel()[:taken]
+        reached[keep] = np.asarray(inside).ravel()[:taken]
+    return matrix, reached
+
+
+def in_threads(work: Callable[[Any], Any], items: Iterator[Any]) -> Iterator[Any]:
+    """Results of `work` in order, one item per core under way; the items are drawn only as they are needed."""
+    cores = os.cpu_count() or 1
+    with ThreadPoolExecutor(cores) as pool:
+        waiting = []
+        for item in items:
+            waiting.append(pool.submit(work, item))
+            if len(waiting) > cores:
+                yield waiting.pop(0).result()
+        for future in waiting:
+            yield future.result()
