@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import os
-import tempfile
 import tomllib
 import types
 import typing
@@ -18,6 +17,7 @@ import tomli_w
 from pydantic import TypeAdapter, ValidationError
 
 from trivet.errors import InputError, nearest
+from trivet.files import replacing
 from trivet.model.check import check
 from trivet.model.machine import Machine
 from trivet.model.paths import Key, find, join, put
@@ -272,16 +272,14 @@ def to_text(machine: Machine) -> str:
 
 
 def write(machine: Machine, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-    """Write a machine file; it appears whole or not at all."""
-    target = Path(path)
-    if target.exists() and not overwrite:
-        raise InputError(f"{target}: exists already; choose another name, or allow overwriting")
-    try:
-        with tempfile.NamedTemporaryFile("w", encoding="utf-8", dir=target.parent, delete=False, suffix=".part") as stream:
-            stream.write(to_text(machine))
-        os.replace(stream.name, target)
-    except OSError as error:
-        raise InputError(f"{target}: cannot be written: {error.strerror}") from None
+    """Write a machine file; it appears whole or not at all.
+
+    Raises:
+        InputError: when the file exists (unless `overwrite`), or cannot be written.
+    """
+    text = to_text(machine)
+    with replacing(path, overwrite=overwrite) as temporary:
+        temporary.write_text(text, encoding="utf-8")
 
 
 def schema() -> dict[str, Any]:

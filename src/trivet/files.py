@@ -1,0 +1,48 @@
+"""Writing files whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from trivet.errors import InputError
+
+
+@contextmanager
+def replacing(path: str | os.PathLike[str], *, overwrite: bool = False) -> Iterator[Path]:
+    """A temporary file in the folder of `path`, which takes that name when the block ends and vanishes when it fails.
+
+    Args:
+        path: the file to appear.
+        overwrite: whether a file of this name may be replaced.
+
+    Yields:
+        Path of the empty temporary file, to be written by the block.
+
+    Raises:
+        InputError: when `path` is a folder, exists unasked, or cannot be written.
+    """
+    target = Path(path)
+    temporary = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
+    created = False
+    try:
+        if target.is_dir():
+            raise InputError(f"{target}: is a folder; the name of a file was expected")
+        if target.exists() and not overwrite:
+            raise InputError(f"{target}: exists already; choose another name, or allow overwriting")
+        # Not tempfile: its files are closed to everybody else, and so would be the result.
+        temporary.open("x").close()
+        created = True
+        yield temporary
+        os.replace(temporary, target)
+        created = False
+    except OSError as error:
+        if error.filename is not None and os.fspath(error.filename) not in (str(temporary), str(target)):
+            raise  # the block stumbled over another file
+        raise InputError(f"{target}: cannot be written: {error.strerror or error}") from None
+    finally:
+        if created:
+            temporary.unlink(missing_ok=True)
