@@ -26,7 +26,7 @@ def replacing(path: str | os.PathLike[str], *, overwrite: bool = False) -> Itera
         InputError: when `path` is a folder, exists unasked, or cannot be written.
     """
     target = Path(path)
-    temporary = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
+    temporary = target.parent / f".{target.name}.{secrets.token_hex(4)}.part"
     created = False
     try:
         if target.is_dir():

@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 
-from trivet.kinematics.walk import Posture, walk
+from trivet.kinematics.walk import Coordinate, Posture, walk
 from trivet.model import Leg
 from trivet.model.elements import Curvilinear, Element, Prismatic, Revolute
+from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
 
 
@@ -28,20 +29,24 @@ class Gauge(NamedTuple):
 
 def gauges(leg: Leg, posture: Posture) -> list[Gauge]:
     """Every limited joint of a chain."""
+    return gauges_along(walk(leg.chain.elements, posture), posture.coordinates)
+
+
+def gauges_along(steps: list[tuple[Element, Frame, Coordinate]], coordinates: tuple[Coordinate, ...]) -> list[Gauge]:
+    """Every limited joint of a walk whose frames have z upright; the coordinates stand apart, as a walk may start at rest."""
     found = []
-    steps = walk(leg.chain.elements, posture)
     for index, (element, frame, coordinate) in enumerate(steps):
         if not isinstance(element, (Curvilinear, Prismatic, Revolute)) or element.travel is None:
             continue
         low, high = element.travel
         if isinstance(element, Prismatic):
-            found.append(Gauge(element, posture.coordinates[index], low, high))
+            found.append(Gauge(element, coordinates[index], low, high))
         elif isinstance(element, Revolute) and element.measure == "elevation":
             follower = next(e.axis_of_body for e, _, _ in steps[index + 1 :] if e.axis_of_body is not None)
             sine = element.advance(frame, coordinate).direction(follower).z
             found.append(Gauge(element, sine, jnp.sin(low), jnp.sin(high)))
         else:
-            angle = posture.coordinates[index]
+            angle = coordinates[index]
             found.append(Gauge(element, jnp.arctan2(angle.sin, angle.cos), low, high))
     return found
 

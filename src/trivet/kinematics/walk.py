@@ -38,9 +38,12 @@ def at_rest(joint: Element) -> Coordinate:
 
 def walk(elements: tuple[Element, ...], posture: Posture) -> list[tuple[Element, Frame, Coordinate]]:
     """Every element with the frame in which it starts and its coordinate, in the chain's own frame."""
-    coordinates = (at_rest(elements[0]), *posture.coordinates[1:])
+    return walk_from(IDENTITY, elements, (at_rest(elements[0]), *posture.coordinates[1:]))
+
+
+def walk_from(frame: Frame, elements: tuple[Element, ...], coordinates: tuple[Coordinate, ...]) -> list[tuple[Element, Frame, Coordinate]]:
+    """Every element with the frame in which it starts and its coordinate, in the axes of the first frame."""
     steps = []
-    frame = IDENTITY
     for element, coordinate in zip(elements, coordinates, strict=True):
         steps.append((element, frame, coordinate))
         if element is not elements[-1]:

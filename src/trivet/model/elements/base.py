@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import equinox as eqx
 from pydantic import BeforeValidator, PlainSerializer, StringConstraints, WithJsonSchema
@@ -85,6 +85,9 @@ class Element(eqx.Module):
     """A joint or a body of a chain."""
 
     __pydantic_config__ = STRICT
+
+    COORDINATES: ClassVar[tuple[Literal["length", "angle"], ...]] = ()
+    """Its coordinates in order: a length (m) or an angle (an `Angle` to the kernels); `advance` takes one bare, several as a tuple."""
 
     name: Name = eqx.field(static=True)
 

@@ -16,6 +16,8 @@ from trivet.space.vector import Vec
 class Curvilinear(Joint):
     """A carriage on a circular guide about the frame's z axis; its coordinate is the angle on the circle."""
 
+    COORDINATES = ("angle",)
+
     type: Literal["curvilinear"] = eqx.field(static=True)
     radius: PositiveLength
     """Radius of the guide circle."""

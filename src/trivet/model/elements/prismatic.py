@@ -18,6 +18,8 @@ from trivet.space.vector import Vec
 class Prismatic(Joint):
     """A slide along an axis of the frame; its coordinate is the distance from where the frame stands."""
 
+    COORDINATES = ("length",)
+
     type: Literal["prismatic"] = eqx.field(static=True)
     axis: Axis = eqx.field(static=True)
     """Direction of positive travel."""

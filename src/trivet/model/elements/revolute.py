@@ -16,6 +16,8 @@ from trivet.space.vector import Vec
 class Revolute(Joint):
     """A hinge about an axis of the frame; its coordinate is the angle turned."""
 
+    COORDINATES = ("angle",)
+
     type: Literal["revolute"] = eqx.field(static=True)
     axis: Axis = eqx.field(static=True)
     actuated: bool = eqx.field(static=True, default=False)

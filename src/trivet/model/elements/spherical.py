@@ -18,6 +18,8 @@ _AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 class Spherical(Joint):
     """A ball joint; its coordinates are three successive turns about x, y and z of the frame."""
 
+    COORDINATES = ("angle", "angle", "angle")
+
     type: Literal["spherical"] = eqx.field(static=True)
     rotation: Literal["free", "clamped", "elastic"] = eqx.field(static=True, default="free")
     """In statics: free (transmits three forces), clamped (transmits moments too, as in the paper's tables), or elastic."""

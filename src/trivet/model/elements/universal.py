@@ -15,6 +15,8 @@ from trivet.space.vector import Vec
 class Universal(Joint):
     """A cross joint: two hinges in succession, at right angles; its coordinates are the two angles."""
 
+    COORDINATES = ("angle", "angle")
+
     type: Literal["universal"] = eqx.field(static=True)
     axes: tuple[Axis, Axis] = eqx.field(static=True)
     """First and second axis, in the frame at zero angles."""
