@@ -7,9 +7,12 @@ from collections.abc import Iterable
 
 
 class TrivetError(Exception):
-    """An error with a message for the user."""
+    """An error with a message for the user; whatever a message quotes, it is one printable line of at most 1000 characters."""
 
     exit_code = 1
+
+    def __init__(self, message: str) -> None:
+        super().__init__(one_line(message))
 
 
 class InputError(TrivetError, ValueError):
@@ -22,6 +25,22 @@ class NoResultError(TrivetError):
     """The input was right, yet there is nothing to compute: no pose is reachable, say."""
 
     exit_code = 1
+
+
+def one_line(text: str, longest: int = 1000) -> str:
+    """Text as one printable line: control characters are escaped, and the middle of a long text is left out."""
+    line = "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+    keep = (longest - 1) // 2
+    return line if len(line) <= longest else f"{line[:keep]}…{line[-keep:]}"
+
+
+def shown(value: object) -> str:
+    """A value as messages quote it: text between double quotes, everything at most 60 characters long."""
+    try:
+        text = f'"{value}"' if isinstance(value, str) else repr(value)
+    except (ValueError, RecursionError):  # an integer of thousands of digits, a table within itself
+        text = f"{type(value).__name__} of great size"
+    return one_line(text, 60)
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

@@ -2,6 +2,8 @@
 
 from trivet.model.machine import Chain, Leg, Machine
 from trivet.model.paths import dimensions
-from trivet.model.reading import catalogue, document_of, load, parse, schema, to_text, write
+from trivet.model.reading import catalogue, load, parse
+from trivet.model.schema import schema
+from trivet.model.writing import document_of, to_text, write
 
 __all__ = ["Chain", "Leg", "Machine", "catalogue", "dimensions", "document_of", "load", "parse", "schema", "to_text", "write"]

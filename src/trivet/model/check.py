@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
 
-from trivet.errors import InputError, nearest
+from trivet.errors import InputError, nearest, shown
 from trivet.model.elements import Beam, Body, Curvilinear, Element, Joint, Prismatic, Profile, Revolute, Spherical, Universal
 from trivet.model.machine import Chain, Machine
 from trivet.model.section import General, Tube
@@ -18,8 +19,10 @@ def check(machine: Machine) -> None:
                 f"sections.{name}.inner_diameter: {_mm(section.inner_diameter)} is not smaller than the outer diameter "
                 f"{_mm(section.outer_diameter)}"
             )
-        if isinstance(section, General) and machine.theory == "timoshenko" and None in (section.shear_area_y, section.shear_area_z):
-            raise InputError(f"sections.{name}.shear_area_y: needed, with shear_area_z, when theory = \"timoshenko\"")
+        if isinstance(section, General) and machine.theory == "timoshenko":
+            for key in ("shear_area_y", "shear_area_z"):
+                if getattr(section, key) is None:
+                    raise InputError(f'sections.{name}.{key}: needed, and missing, with theory = "timoshenko"')
     for name, material in machine.materials.items():
         if material.poisson_ratio >= 0.5:
             raise InputError(f"materials.{name}.poisson_ratio: {material.poisson_ratio} is not below 0.5")
@@ -46,18 +49,22 @@ def _check_chain(path: str, chain: Chain) -> None:
             raise InputError(f"{here}.name: two elements of this chain have this name; give each its own")
         _check_travel(here, element)
         if isinstance(element, Spherical):
-            if (element.rotation == "elastic") != (element.stiffness is not None):
-                raise InputError(f'{here}.stiffness: goes with rotation = "elastic", which is "{element.rotation}" here')
+            _check_ball(here, element)
         if isinstance(element, Universal):
             first, second = element.axes
             if abs(sum(a * b for a, b in zip(first, second, strict=True))) > 1e-12:
                 raise InputError(f"{here}.axes: the two axes are not at right angles")
     if not isinstance(elements[0], Joint):
-        raise InputError(f"{path}.elements.{elements[0].name}: a chain starts with a joint on the ground; this is a {elements[0].type}")  # type: ignore[attr-defined]
+        here = f"{path}.elements.{elements[0].name}"
+        raise InputError(f'{here}: a chain starts with a joint on the ground; this is of type "{elements[0].type}"')
     if isinstance(elements[-1], Body):
-        raise InputError(f"{path}.elements.{elements[-1].name}: a chain ends with a joint on the platform; this is a {elements[-1].type}")  # type: ignore[attr-defined]
+        here = f"{path}.elements.{elements[-1].name}"
+        raise InputError(f'{here}: a chain ends with a joint on the platform; this is of type "{elements[-1].type}"')
     if chain.base is None and not isinstance(elements[0], Curvilinear):
-        raise InputError(f"{path}.base: needed, since this chain does not start on a circular guide; at least base = {{ azimuth = \"0 deg\" }}")
+        raise InputError(
+            f"{path}.base: needed, since this chain does not start on a circular guide; "
+            'write at least base = { azimuth = "0 deg" }'
+        )
     if not any(isinstance(e, (Curvilinear, Prismatic, Revolute)) and e.actuated for e in elements):
         raise InputError(f"{path}: no joint of this chain is actuated; set actuated = true on at least one")
 
@@ -68,10 +75,20 @@ def _check_travel(path: str, element: Element) -> None:
         return
     low, high = travel
     if low >= high:
-        unit, scale = ("mm", 1e3) if isinstance(element, Prismatic) else ("deg", 57.29577951308232)
-        raise InputError(f"{path}.travel: runs from {low * scale:g} {unit} to {high * scale:g} {unit}; write the lower limit first")
-    if isinstance(element, Revolute) and element.measure == "elevation" and not -90 <= low * 57.29577951308232 < high * 57.29577951308232 <= 90.0000001:
-        raise InputError(f"{path}.travel: an elevation lies between -90 deg and 90 deg")
+        written = _mm if isinstance(element, Prismatic) else _deg
+        raise InputError(f"{path}.travel: runs from {written(low)} to {written(high)}; write the lower limit first")
+    right_angle = math.pi / 2 * (1 + 1e-12)  # "90 deg" may round up
+    if isinstance(element, Revolute) and element.measure == "elevation" and max(-low, high) > right_angle:
+        raise InputError(f"{path}.travel: {_deg(low)} to {_deg(high)}, but an elevation lies between -90 deg and 90 deg")
+
+
+def _check_ball(path: str, ball: Spherical) -> None:
+    if ball.rotation == "elastic" and ball.stiffness is None:
+        raise InputError(f'{path}.stiffness: needed, and missing, with rotation = "elastic"')
+    if ball.rotation != "elastic" and ball.stiffness is not None:
+        raise InputError(f'{path}.stiffness: goes with rotation = "elastic" only, which is "{ball.rotation}" here')
+    if ball.cone is not None and not 0 < ball.cone <= math.pi * (1 + 1e-12):
+        raise InputError(f"{path}.cone: {_deg(ball.cone)} does not lie between 0 deg and 180 deg")
 
 
 def _profiles(path: str, chain: Chain) -> Iterator[tuple[str, Profile]]:
@@ -82,10 +99,14 @@ def _profiles(path: str, chain: Chain) -> Iterator[tuple[str, Profile]]:
             yield f"{path}.elements.{element.name}.beam", element.beam
 
 
-def _known(path: str, name: str, known: dict[str, object]) -> None:  # type: ignore[type-arg]
+def _known(path: str, name: str, known: Mapping[str, object]) -> None:
     if name not in known:
-        raise InputError(f"{path}: '{name}' is not defined in this file{nearest(name, known)}")
+        raise InputError(f"{path}: {shown(name)} is not defined in this file{nearest(name, known)}")
 
 
 def _mm(value: float) -> str:
     return f"{value * 1e3:g} mm"
+
+
+def _deg(value: float) -> str:
+    return f"{math.degrees(value):g} deg"

@@ -10,11 +10,12 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Annotated, Literal, NamedTuple, TypeVar
 
 import equinox as eqx
 import jax.numpy as jnp
-from pydantic import Field, StringConstraints
+from pydantic import Field, StringConstraints, TypeAdapter
 
 from trivet.model.elements import AnyElement, Curvilinear, Element, Spherical, Stock
 from trivet.model.elements.base import Name
@@ -26,6 +27,9 @@ from trivet.space.scalar import Scalar, is_known
 MOST_COPIES = 24
 _T = TypeVar("_T")
 
+Status = Literal["given", "fitted", "assumed"]
+"""How sure a number is: stated by its source, fitted to published results, or assumed."""
+
 
 @dataclass(frozen=True)
 class Published:
@@ -34,7 +38,7 @@ class Published:
     __pydantic_config__ = STRICT
 
     source: str
-    """Where they are published."""
+    """Where it is published."""
     quantity: Literal["K_xx", "K_yy", "K_zz"]
     """Which stiffness."""
     mean: Stiffness
@@ -49,7 +53,7 @@ class Note:
 
     path: str
     source: str = ""
-    status: Literal["given", "fitted", "assumed"] = "given"
+    status: Status = "given"
 
 
 @dataclass(frozen=True)
@@ -59,11 +63,15 @@ class About:
     __pydantic_config__ = STRICT
 
     name: Name = field(compare=False)
+    """Name of the machine."""
     title: str = field(default="", compare=False)
+    """One line that says what it is."""
     description: str = field(default="", compare=False)
+    """What there is to say about it."""
     source: str = field(default="", compare=False)
     """Source of every number that has none of its own."""
     published: tuple[Published, ...] = field(default=(), compare=False)
+    """Published numbers to be printed beside ours."""
     notes: tuple[Note, ...] = field(default=(), compare=False)
     """Sources of single numbers; written beside the numbers in the file."""
 
@@ -74,8 +82,11 @@ class Base(eqx.Module):
     __pydantic_config__ = STRICT
 
     azimuth: AngleValue = 0.0
+    """Angle about z."""
     radius: LengthOrZero | None = None
+    """Distance from the z axis; zero when not given."""
     height: Length | None = None
+    """Height above the base plane; zero when not given."""
 
 
 class PlatformJoint(eqx.Module):
@@ -84,8 +95,11 @@ class PlatformJoint(eqx.Module):
     __pydantic_config__ = STRICT
 
     radius: LengthOrZero
+    """Distance from the z_E axis."""
     azimuth: AngleValue = 0.0
+    """Angle about z_E."""
     height: Length | None = None
+    """Height above the platform's x-y plane; zero when not given."""
 
 
 class Chain(eqx.Module):
@@ -94,10 +108,13 @@ class Chain(eqx.Module):
     __pydantic_config__ = STRICT
 
     platform_joint: PlatformJoint
+    """Where the chain ends on the platform."""
     elements: Annotated[tuple[AnyElement, ...], Field(min_length=2, max_length=24)]
-    copies: Annotated[int, Field(ge=1, le=MOST_COPIES)] = eqx.field(static=True, default=1)
+    """Joints and bodies in order, the first joint on the ground and the last one on the platform."""
+    copies: Annotated[int, Field(strict=True, ge=1, le=MOST_COPIES)] = eqx.field(static=True, default=1)
     """How many such chains stand around the z axis, equally spaced."""
     base: Base | None = None
+    """Where the chain stands; not needed by a chain that starts on a circular guide about z."""
 
 
 class Disc(eqx.Module):
@@ -108,6 +125,7 @@ class Disc(eqx.Module):
     radius: PositiveLength
     thickness: PositiveLength
     material: str = eqx.field(static=True)
+    """Name of an entry of [materials], or of a material that trivet knows."""
 
 
 class Platform(eqx.Module):
@@ -160,12 +178,19 @@ class Machine(eqx.Module):
     __pydantic_config__ = STRICT
 
     about: About = eqx.field(static=True)
+    """Name, title and sources."""
     platform: Platform
+    """The moving platform."""
     chains: Annotated[dict[Name, Chain], Field(min_length=1, max_length=MOST_COPIES)]
+    """Kinematic chains by name."""
     home: Home
+    """The home pose."""
     sections: dict[Name, Annotated[Section, Field(discriminator="shape")]] = eqx.field(default_factory=dict)
+    """Beam sections by name."""
     materials: dict[Name, Material] = eqx.field(default_factory=dict)
+    """Materials by name; those that trivet knows need not be given."""
     workpiece: Workpiece | None = None
+    """The hemisphere over which the machine is compared with others."""
     theory: Literal["euler-bernoulli", "timoshenko"] = eqx.field(static=True, default="euler-bernoulli")
     """Beam theory: without or with shear deflection."""
     format: Literal[1] = eqx.field(static=True, default=1)
@@ -216,8 +241,7 @@ class Machine(eqx.Module):
 
     def _with_elements(self, change: Callable[[Element], Element]) -> Machine:
         chains = {
-            name: _replace(chain, elements=tuple(change(e) for e in chain.elements))
-            for name, chain in self.chains.items()
+            name: _replace(chain, elements=tuple(change(e) for e in chain.elements)) for name, chain in self.chains.items()
         }
         return _replace(self, chains=chains)
 
@@ -227,7 +251,7 @@ class Leg(NamedTuple):
 
     name: str
     chain: Chain
-    rotation: float
+    rotation: Scalar
     """Rotation about z from the first copy of the chain, rad; of its base and of its platform joint alike."""
 
     def platform_frame(self) -> Frame:
@@ -243,17 +267,24 @@ class Leg(NamedTuple):
         return _polar(base.azimuth, base.radius, base.height, self.rotation)
 
 
-def _polar(azimuth: Scalar, radius: Scalar | None, height: Scalar | None, rotation: float) -> Frame:
+def _polar(azimuth: Scalar, radius: Scalar | None, height: Scalar | None, rotation: Scalar) -> Frame:
     """A frame turned about z, then moved out along its x and up along z; None is zero, known as such to the kernels."""
-    return IDENTITY.turn((0.0, 0.0, 1.0), turned_by(azimuth, rotation)).shift((0 if radius is None else radius, 0, 0 if height is None else height))
+    turned = IDENTITY.turn((0.0, 0.0, 1.0), turned_by(azimuth, rotation))
+    return turned.shift((0 if radius is None else radius, 0, 0 if height is None else height))
 
 
-def turned_by(azimuth: Scalar, rotation: float) -> Angle:
-    """Cosine and sine of an azimuth plus a known rotation."""
-    if is_known(azimuth):
+def turned_by(azimuth: Scalar, rotation: Scalar) -> Angle:
+    """Cosine and sine of an azimuth plus a rotation."""
+    if is_known(azimuth) and is_known(rotation):
         return Angle(math.cos(azimuth + rotation), math.sin(azimuth + rotation))
     return Angle(jnp.cos(azimuth + rotation), jnp.sin(azimuth + rotation))
 
 
 def _replace(module: _T, **changes: object) -> _T:
     return dataclasses.replace(module, **changes)  # type: ignore[type-var]
+
+
+@cache
+def adapter() -> TypeAdapter[Machine]:
+    """What pydantic makes of the fields above: the reader, the writer and the JSON schema of machines."""
+    return TypeAdapter(Machine)

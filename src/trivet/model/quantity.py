@@ -6,16 +6,21 @@ text such as "216 mm" and writes them back in the unit that the field prefers.
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal
 from functools import cache
 from typing import Annotated, Any
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
 
-_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?|[+-]?(?:nan|inf(?:inity)?)(?![a-z]))\s*(.*?)\s*$", re.I)
+NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?"
+_QUANTITY = re.compile(rf"\s*([+-]?{NUMBER}|[+-]?(?:nan|inf(?:inity)?)(?![a-z]))\s*(.*?)\s*$", re.IGNORECASE)
+# Names with one-digit powers, no more: pint evaluates what it is given, and "m^9^9^9" would keep it busy for years.
+_POWER = r"(?:(?:\^|\*\*)-?[1-9]|[²³⁴])?"
+_UNIT = re.compile(rf"[^\W\d_]+{_POWER}(?:(?:\s*[*/]\s*|\s+)[^\W\d_]+{_POWER})*")
 _LONGEST = 80
 
 ANGLE_UNITS = {"deg", "degree", "degrees", "rad", "radian", "radians", "mrad", "urad", "arcmin", "arcsec", "turn"}
@@ -34,7 +39,7 @@ def _factor(unit: str, si: str) -> Decimal | None:
     """Decimal factor from a unit to the SI unit, or None when the dimensions differ or the unit is unknown."""
     registry = _registry()
     try:
-        found, wanted = registry.parse_units(unit.replace("µ", "u")), registry.parse_units(si)
+        found, wanted = registry.parse_units(re.sub("[\u00b5\u03bc]", "u", unit)), registry.parse_units(si)
         if found.dimensionality != wanted.dimensionality:
             return None
         return Decimal(registry.Quantity(Decimal(1), found).to(wanted).magnitude)
@@ -63,9 +68,9 @@ class Quantity:
             raise self._error(f"expected a {self.dimension} as text")
         if isinstance(value, (int, float)):
             if not self.si:
-                return self._bounded(float(value), value)
+                return self._bounded(value)
             raise self._error("the unit is missing")
-        match = _NUMBER.match(value) if len(value) <= _LONGEST else None
+        match = _QUANTITY.match(value) if len(value) <= _LONGEST else None
         if match is None:
             raise self._error("expected a number and a unit" if self.si else "expected a number")
         number, unit = match.groups()
@@ -74,20 +79,23 @@ class Quantity:
         factor = self._unit_factor(unit)
         if factor is None:
             raise self._error(f"'{unit}' is not a unit of {self.dimension}")
-        try:
-            return self._bounded(float(Decimal(number) * factor), value)
-        except (InvalidOperation, OverflowError):
-            raise self._error("expected a finite number") from None
+        return self._bounded(Decimal(number) * factor)
 
     def _unit_factor(self, unit: str) -> Decimal | None:
         if not self.si:
             return Decimal(1) if not unit else None
+        if not _UNIT.fullmatch(unit):
+            return None
         if self.si == "rad" and unit not in ANGLE_UNITS:
             return None  # to pint an angle is a pure number, and so is a percentage
         return _factor(unit, self.si)
 
-    def _bounded(self, si_value: float, given: Any) -> float:
-        if not abs(si_value) < float("inf"):
+    def _bounded(self, exact: float | Decimal) -> float:
+        try:
+            si_value = float(exact)
+        except OverflowError:
+            si_value = math.inf
+        if not math.isfinite(si_value):
             raise self._error("expected a finite number")
         if self.positive and si_value <= 0:
             raise self._error("must be greater than zero")
@@ -96,7 +104,8 @@ class Quantity:
         return si_value
 
     def _error(self, reason: str) -> PydanticCustomError:
-        return PydanticCustomError("quantity", "{reason}; write for example {example}", {"reason": reason, "example": f'"{self.example}"'})
+        example = f'"{self.example}"' if self.si else self.example
+        return PydanticCustomError("quantity", "{reason}; write for example {example}", {"reason": reason, "example": example})
 
     def write(self, si_value: float) -> str | float:
         """Text in the preferred unit which reads back to the same float; in SI where the preferred unit would round."""
@@ -104,8 +113,10 @@ class Quantity:
             return float(si_value)
         factor = self._unit_factor(self.written)
         assert factor is not None, self.written
-        text = f"{_plain(float(Decimal(repr(float(si_value))) / factor))} {self.written}"
-        return text if self.parse(text) == si_value else f"{float(si_value)!r} {self.si}"
+        number = float(Decimal(repr(float(si_value))) / factor)
+        text = f"{_plain(number)} {self.written}"
+        exact = math.isfinite(number) and float(Decimal(_plain(number)) * factor) == si_value
+        return text if exact else f"{float(si_value)!r} {self.si}"
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         return core_schema.no_info_plain_validator_function(
@@ -113,19 +124,23 @@ class Quantity:
         )
 
     def __get_pydantic_json_schema__(self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        about = f"{self.dimension}" + (f", with its unit ({self.si} inside)" if self.si else "")
-        plain: dict[str, Any] = {"type": "string", "pattern": r"^\s*[+-]?[0-9.]"} if self.si else {"type": ["number", "string"]}
-        noted = {
-            "type": "object",
-            "properties": {"value": plain, "source": {"type": "string"}, "status": {"enum": ["given", "fitted", "assumed"]}},
-            "required": ["value"],
-            "additionalProperties": False,
-        }
-        return {"description": about, "examples": [self.example], "anyOf": [plain, noted]}
+        """What an editor can check without knowing every unit; "x-kind" is folded into the description later."""
+        sign = r"\+?" if self.positive or self.at_least_zero else "[+-]?"
+        if not self.si:
+            text = {"type": "string", "pattern": rf"^\s*{sign}{NUMBER}\s*$"}
+            number: dict[str, Any] = {"type": "number"} | ({"minimum": 0} if self.at_least_zero else {})
+            kind = f"a pure number, such as {self.example}"
+            return {"anyOf": [number, text], "examples": [float(self.example)], "x-kind": kind}
+        unit = f"(?:{'|'.join(sorted(ANGLE_UNITS))})" if self.si == "rad" else r"[A-Za-z\u00b5\u03bc].*"
+        pattern = rf"^\s*{sign}{NUMBER}\s*{unit}\s*$"
+        kind = f'{"an" if self.dimension[0] in "aeiou" else "a"} {self.dimension} with its unit, such as "{self.example}"'
+        return {"type": "string", "pattern": pattern, "examples": [self.example], "x-kind": kind}
 
 
-_EXAMPLES = {"mm": "216", "deg": "70", "N/um": "3", "N^2/um^2": "0.35", "N m/rad": "300", "GPa": "205", "kg/m^3": "7870", "kg": "0.5",
-             "kg mm^2": "120", "mm^2": "130", "mm^4": "4500", "": "0.29"}  # fmt: skip
+_EXAMPLES = {
+    "": "0.29", "GPa": "205", "N m/rad": "300", "N/um": "3", "N^2/um^2": "0.35", "deg": "70", "kg": "0.5", "kg mm^2": "120",
+    "kg/m^3": "7870", "mm": "216", "mm^2": "130", "mm^4": "4500",
+}  # fmt: skip
 
 
 def _plain(number: float) -> str:

@@ -1,36 +1,33 @@
-"""Reading, checking and writing machine files (TOML)."""
+"""Reading machine files (TOML)."""
 
 from __future__ import annotations
 
-import copy
 import os
 import tomllib
-import types
-import typing
 from collections.abc import Mapping
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
-import tomli_w
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 
-from trivet.errors import InputError, nearest
-from trivet.files import replacing
+from trivet.errors import InputError, nearest, shown
 from trivet.model.check import check
-from trivet.model.machine import Machine
+from trivet.model.complaint import one_complaint
+from trivet.model.machine import Machine, Status, adapter
 from trivet.model.paths import Key, find, join, put
 
 LARGEST_FILE = 1_000_000
 """Bytes; a machine file holds a few thousand."""
 
-_NOTE_KEYS = {"value", "source", "status"}
+_DEEPEST = 16
+"""Tables within tables; a machine file has five."""
 
+_MOST_PARENTS = 4
 
-@cache
-def _adapter() -> TypeAdapter[Machine]:
-    return TypeAdapter(Machine)
+_NAMING_KEYS = ("format", "name", "type", "shape")
+_NOTE_KEYS = ("value", "source", "status")
 
 
 def catalogue() -> list[str]:
@@ -58,22 +55,27 @@ def load(machine: str | os.PathLike[str], settings: Mapping[str, str] | None = N
         raise InputError(f"{name}: {error}") from None
 
 
-def _document(name: str, depth: int = 0) -> dict[str, Any]:
+def _document(name: str, below: tuple[str, ...] = ()) -> dict[str, Any]:
     """The TOML document behind a name, with the machine it varies (`variant_of`) filled in."""
-    is_file = name.endswith(".toml") or os.sep in name or Path(name).is_file()
+    is_file = _names_file(name)
+    own = os.path.abspath(name) if is_file else name
+    if own in below:
+        raise InputError(f"{name}: variant_of: goes round in a circle, {' to '.join((*below, own))}")
+    if len(below) > _MOST_PARENTS:
+        raise InputError(f"{name}: variant_of: a variant of a variant more than {_MOST_PARENTS} times over")
     if not is_file and name not in catalogue():
         raise InputError(f"{name}: no machine of this name in the catalogue{nearest(name, catalogue())} (a file ends in .toml)")
-    text = _read_text(Path(name)) if is_file else resources.files("trivet.catalog").joinpath(f"{name}.toml").read_bytes()
-    document = _parse_toml(name, text)
+    data = _read_bytes(name) if is_file else resources.files("trivet.catalog").joinpath(f"{name}.toml").read_bytes()
+    document = _parse_toml(name, data)
     if "variant_of" not in document:
         return document
-    parent = document.pop("variant_of")
-    settings = document.pop("set", {})
-    if depth > 3 or not isinstance(parent, str) or not isinstance(settings, dict):
-        raise InputError(f"{name}: variant_of: expected the name of a machine, and [set] a table of key paths")
-    if is_file and parent not in catalogue():
-        parent = str(Path(name).parent / parent)
-    base = _document(parent, depth + 1)
+    parent, settings = document.pop("variant_of"), document.pop("set", {})
+    if not isinstance(parent, str):
+        raise InputError(f"{name}: variant_of: {shown(parent)} where the name of a machine was expected")
+    if not isinstance(settings, dict):
+        raise InputError(f"{name}: set: {shown(settings)} where a table of key paths was expected")
+    beside = os.path.join(os.path.dirname(name), parent) if is_file and _names_file(parent) else parent
+    base = _document(beside, (*below, own))
     try:
         _apply(base, settings)
     except InputError as error:
@@ -81,32 +83,58 @@ def _document(name: str, depth: int = 0) -> dict[str, Any]:
     return base | document
 
 
-def _read_text(path: Path) -> bytes:
+def _names_file(name: str) -> bool:
+    return name not in catalogue() and (name.endswith(".toml") or os.sep in name or os.path.isfile(name))
+
+
+def _read_bytes(name: str) -> bytes:
+    path = Path(name)
     try:
         if path.is_dir():
-            raise InputError(f"{path}: is a folder; a machine file was expected")
+            raise InputError(f"{name}: is a folder; a machine file was expected")
         with path.open("rb") as stream:
             data = stream.read(LARGEST_FILE + 1)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    except InputError:
+        raise
+    except (OSError, ValueError) as error:  # ValueError: a name that no file can have
+        raise InputError(f"{name}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
     if len(data) > LARGEST_FILE:
-        raise InputError(f"{path}: larger than {LARGEST_FILE} bytes; a machine file holds a few thousand")
+        raise InputError(f"{name}: larger than {LARGEST_FILE} bytes; a machine file holds a few thousand")
     return data
 
 
 def _parse_toml(name: str, data: bytes) -> dict[str, Any]:
     try:
-        return tomllib.loads(data.decode("utf-8"))
+        document = tomllib.loads(data.decode("utf-8-sig"))
+        _check_depth(document)
     except UnicodeDecodeError:
         raise InputError(f"{name}: is not UTF-8 text; a machine file is TOML") from None
-    except (tomllib.TOMLDecodeError, ValueError) as error:
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+    except ValueError as error:  # among them TOMLDecodeError, which says where
         raise InputError(f"{name}: is not TOML: {error}") from None
     except RecursionError:
-        raise InputError(f"{name}: is nested too deeply") from None
+        raise InputError(f"{name}: {_TOO_DEEP}") from None
+    return document
+
+
+_TOO_DEEP = f"nested too deeply; a machine file has at most {_DEEPEST} tables and lists within each other"
+
+
+def _check_depth(document: Any) -> None:
+    layer = [document]
+    for _ in range(_DEEPEST + 1):
+        tables = [node.values() if isinstance(node, dict) else node for node in layer if isinstance(node, (dict, list))]
+        layer = [value for table in tables for value in table]
+    if layer:
+        raise InputError(_TOO_DEEP)
 
 
 def _apply(document: dict[str, Any], settings: Mapping[str, Any]) -> None:
     for path, value in settings.items():
+        if isinstance(value, dict) and value and "value" not in value and "." not in path:
+            # link.length = … without quotes is a table within a table to TOML
+            raise InputError(f'{path}: a table; a key path is written in quotes, "{path}.{next(iter(value))}" = …')
         put(document, find(document, path), value)
 
 
@@ -116,17 +144,21 @@ def parse(document: Mapping[str, Any]) -> Machine:
     Raises:
         InputError: as `load`.
     """
-    plain, notes = _without_notes(copy.deepcopy(dict(document)))
+    _check_depth(document)
+    plain, notes = _without_notes(dict(document))
     known = _known_materials()
     for material in _materials_named(plain) - set(_table(plain, "materials")):
         if material in known:
             plain.setdefault("materials", {})[material] = known[material]
-    if isinstance(plain.get("about"), dict):
-        plain["about"]["notes"] = notes
+    about = plain.get("about")
+    if isinstance(about, dict):
+        if "notes" in about:
+            raise InputError("about.notes: unknown key; sources are written beside the numbers, { value = …, source = … }")
+        about["notes"] = notes
     try:
-        machine = _adapter().validate_python(plain)
+        machine = adapter().validate_python(plain)
     except ValidationError as error:
-        raise InputError(_one_line(error, plain)) from None
+        raise InputError(one_complaint(error, plain)) from None
     check(machine)
     return machine
 
@@ -150,138 +182,43 @@ def _materials_named(node: Any) -> set[str]:
 
 
 def _without_notes(document: dict[str, Any]) -> tuple[dict[str, Any], list[dict[str, str]]]:
-    """Replace every { value = …, source = …, status = … } by its value, and collect the rest."""
-    notes: list[dict[str, str]] = []
+    """A copy in which every { value = …, source = …, status = … } is replaced by its value, and the rest of these as notes."""
+    found: list[tuple[tuple[Key, ...], dict[str, str]]] = []
 
     def walk(node: Any, keys: tuple[Key, ...]) -> Any:
+        if isinstance(node, dict) and "value" in node:
+            found.append((keys, _note(node, join(document, keys))))
+            return node["value"]
         if isinstance(node, dict):
-            if "value" in node:
-                path = join(document, keys)
-                strange = set(node) - _NOTE_KEYS
-                if strange:
-                    raise InputError(f"{path}: unknown key '{min(strange)}' beside value{nearest(min(strange), _NOTE_KEYS)}")
-                notes.append({"path": path} | {k: v for k, v in node.items() if k != "value"})
-                return walk(node["value"], keys)
             return {k: walk(v, (*keys, k)) for k, v in node.items()}
         if isinstance(node, list):
+            if any(isinstance(v, dict) and "value" in v for v in node):
+                path = join(document, keys)
+                raise InputError(f"{path}: write one source beside the whole list, {{ value = […], source = … }}")
             return [walk(v, (*keys, i)) for i, v in enumerate(node)]
         return node
 
     plain = walk(document, ())
+    # Paths in the copy: there a name is text even where a source stood beside it.
+    notes = [{"path": join(plain, keys)} | note for keys, note in found]
     return plain, sorted(notes, key=lambda note: note["path"])
 
 
-def _one_line(error: ValidationError, document: dict[str, Any]) -> str:
-    """The most telling of pydantic's complaints, as one line with the key path, the value and the remedy."""
-    found = error.errors(include_url=False)
-    # A misspelled key shows up twice, as unknown and as missing; the unknown one names the mistake.
-    found.sort(key=lambda e: e["type"] == "missing")
-    first = found[0]
-    keys = _document_keys(document, first["loc"])
-    path = join(document, keys)
-    more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-    kind = first["type"]
-    if kind in ("unexpected_keyword_argument", "extra_forbidden"):
-        return f"{path}: unknown key{nearest(str(keys[-1]), _fields_at(document, keys[:-1]))}{more}"
-    if kind == "missing":
-        return f"{path}: this key is needed and missing{more}"
-    if kind == "union_tag_not_found":
-        return f"{path}: the key {first['ctx']['discriminator']} is needed and missing{more}"
-    value = _shown(first["input"])
-    if kind == "union_tag_invalid":
-        known = [t.strip(" '") for t in first["ctx"]["expected_tags"].split(",")]
-        tag = first["ctx"]["tag"]
-        return f"{path}.{first['ctx']['discriminator'].strip(chr(39))}: '{tag}' is not known{nearest(tag, known)}{more}"
-    if kind == "literal_error":
-        return f"{path}: {value} is not known; expected {first['ctx']['expected']}{more}"
-    if kind in ("dataclass_type", "dict_type"):
-        return f"{path}: {value} where a table was expected{more}"
-    return f"{path}: {value}: {first['msg'][0].lower()}{first['msg'][1:]}{more}"
+def _note(node: dict[str, Any], path: str) -> dict[str, str]:
+    """What stands beside a value."""
+    if path.rpartition(".")[2] in _NAMING_KEYS:
+        raise InputError(f"{path}: a table; sources stand beside dimensions, this key is written plainly")
+    for key in node:
+        if key not in _NOTE_KEYS:
+            raise InputError(f"{path}: unknown key {shown(key)} beside value{nearest(str(key), _NOTE_KEYS)}")
+    if not _is_plain(node["value"]):
+        raise InputError(f"{path}.value: {shown(node['value'])} where text, a number or a list of these was expected")
+    if not isinstance(node.get("source", ""), str):
+        raise InputError(f"{path}.source: {shown(node['source'])} where text was expected")
+    if node.get("status", "given") not in get_args(Status):
+        raise InputError(f"{path}.status: {shown(node['status'])} is not known{nearest(str(node['status']), get_args(Status))}")
+    return {k: v for k, v in node.items() if k != "value"}
 
 
-def _shown(value: Any) -> str:
-    text = repr(value) if not isinstance(value, str) else f'"{value}"'
-    return text if len(text) <= 60 else text[:57] + "…"
-
-
-def _document_keys(document: Any, location: tuple[Key, ...]) -> tuple[Key, ...]:
-    """The keys of a pydantic location that stand in the document; union tags and the like are left out."""
-    keys: list[Key] = []
-    for index, part in enumerate(location):
-        if isinstance(document, dict) and part in document:
-            document = document[part]
-        elif isinstance(document, list) and isinstance(part, int) and part < len(document):
-            document = document[part]
-        elif index + 1 < len(location) or part == "[key]":
-            continue
-        keys.append(part)
-    return tuple(keys)
-
-
-def _fields_at(document: Any, keys: tuple[Key, ...]) -> set[str]:
-    """Names of the keys that the table at some place may hold."""
-    kind: Any = Machine
-    for key in keys:
-        document = document[key]
-        kind = typing.get_type_hints(kind, include_extras=False).get(str(key)) if _is_table(kind) else typing.get_args(kind)[-1 if isinstance(key, str) else 0]
-        kind = _pick(kind, document)
-    return set(typing.get_type_hints(kind)) - {"__pydantic_config__", "notes"} if _is_table(kind) else set()
-
-
-def _is_table(kind: Any) -> bool:
-    return isinstance(kind, type) and hasattr(kind, "__dataclass_fields__")
-
-
-def _pick(kind: Any, node: Any) -> Any:
-    """The member of a union that a node of the document claims to be, by its type or shape."""
-    if typing.get_origin(kind) not in (typing.Union, types.UnionType):
-        return kind
-    members = [m for m in typing.get_args(kind) if m is not type(None)]
-    if isinstance(node, dict):
-        for member in members:
-            hints = typing.get_type_hints(member) if _is_table(member) else {}
-            for tag in ("type", "shape"):
-                if tag in hints and node.get(tag) in typing.get_args(hints[tag]):
-                    return member
-    return members[0]
-
-
-def document_of(machine: Machine) -> dict[str, Any]:
-    """The document (nested dicts, quantities as text with units, sources beside the numbers) of a machine."""
-    document = _plain(_adapter().dump_python(machine, exclude_none=True))
-    notes = document["about"].pop("notes", [])
-    for note in notes:
-        keys = find(document, note["path"])
-        value = document
-        for key in keys:
-            value = value[key]
-        put(document, keys, {"value": value} | {k: v for k, v in note.items() if k != "path" and v})
-    return {k: document[k] for k in ("format", "about") if k in document} | document
-
-
-def _plain(node: Any) -> Any:
-    """Tuples as lists, empty texts and tables left out."""
-    if isinstance(node, dict):
-        return {k: _plain(v) for k, v in node.items() if v not in ("", {}, (), [])}
-    return [_plain(v) for v in node] if isinstance(node, (tuple, list)) else node
-
-
-def to_text(machine: Machine) -> str:
-    """A machine as the text of a machine file."""
-    return tomli_w.dumps(document_of(machine))
-
-
-def write(machine: Machine, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-    """Write a machine file; it appears whole or not at all.
-
-    Raises:
-        InputError: when the file exists (unless `overwrite`), or cannot be written.
-    """
-    text = to_text(machine)
-    with replacing(path, overwrite=overwrite) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-
-
-def schema() -> dict[str, Any]:
-    """JSON schema of machine files, for editors."""
-    return _adapter().json_schema(mode="validation")
+def _is_plain(value: Any) -> bool:
+    return all(_is_plain(v) for v in value) if isinstance(value, list) else value is not None and not isinstance(value, dict)

@@ -1,0 +1,1 @@
+"""Vectors, frames, poses, screws and families of poses: components known by name, batches left to JAX."""

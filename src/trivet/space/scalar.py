@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 
 import jax
 
-jax.config.update("jax_enable_x64", True)
+jax.config.update("jax_enable_x64", True)  # type: ignore[no-untyped-call]
 
 Scalar: TypeAlias = Any
 """A Python number (known at trace time), a NumPy number or array, or a JAX tracer."""

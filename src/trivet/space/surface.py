@@ -45,7 +45,7 @@ def hemisphere(height: float, radius: float, steps: int = 10) -> Surface:
     """
     if not radius > 0:
         raise InputError(f"radius of the hemisphere: {radius * 1e3:g} mm; must be greater than zero")
-    if not 1 <= steps:
+    if steps < 1:
         raise InputError(f"steps: {steps} leaves the surface without points; at least 1 is needed")
     if 3.2 * steps * steps > MOST_POINTS:
         raise InputError(f"steps: {steps} makes more than {MOST_POINTS} points; at most {int((MOST_POINTS / 3.2) ** 0.5)}")

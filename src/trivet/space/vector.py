@@ -23,7 +23,7 @@ class Vec(NamedTuple):
     def __neg__(self) -> Vec:
         return Vec(-self.x, -self.y, -self.z)
 
-    def __mul__(self, factor: Scalar) -> Vec:  # type: ignore[override]
+    def __mul__(self, factor: Scalar) -> Vec:
         return Vec(mul(self.x, factor), mul(self.y, factor), mul(self.z, factor))
 
     def __matmul__(self, other: Vec) -> Scalar:

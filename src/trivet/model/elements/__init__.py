@@ -1,4 +1,6 @@
-"""The elements of a chain, one file each: joints (curvilinear, prismatic, revolute, spherical, universal) and bodies (beam, offset).
+"""The elements of a chain, one file each.
+
+Joints are curvilinear, prismatic, revolute, spherical or universal; bodies are beams or offsets.
 
 An element is declared data (its TOML keys with units) plus a small kernel on the frames of the walk down the chain:
 
@@ -25,9 +27,7 @@ from trivet.model.elements.revolute import Revolute
 from trivet.model.elements.spherical import Spherical
 from trivet.model.elements.universal import Universal
 
-AnyElement = Annotated[
-    Curvilinear | Prismatic | Revolute | Spherical | Universal | Beam | Offset, Field(discriminator="type")
-]
+AnyElement = Annotated[Curvilinear | Prismatic | Revolute | Spherical | Universal | Beam | Offset, Field(discriminator="type")]
 
 __all__ = [
     "AnyElement", "Beam", "Body", "Curvilinear", "Element", "Flexibility", "Joint", "Offset",

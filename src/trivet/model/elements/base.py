@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+import sys
+from collections.abc import Sequence
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import equinox as eqx
@@ -15,33 +18,45 @@ from trivet.space.scalar import Scalar
 from trivet.space.screw import Twist
 from trivet.space.vector import Vec
 
-Name = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_-]{0,39}$")]
+NAME_PATTERN = r"^[a-z][a-z0-9_-]{0,39}$"
+Name = Annotated[str, StringConstraints(pattern=NAME_PATTERN)]
 """A name in a machine file: lower case, as it appears in key paths and tables."""
 
 Direction = tuple[float, float, float]
 
 _LETTERS: dict[str, Direction] = {
-    f"{sign}{letter}": tuple((-1.0 if sign else 1.0) if k == i else 0.0 for k in range(3))  # type: ignore[misc]
-    for i, letter in enumerate("xyz")
-    for sign in ("", "-")
-}
+    "x": (1.0, 0.0, 0.0), "-x": (-1.0, 0.0, 0.0),
+    "y": (0.0, 1.0, 0.0), "-y": (0.0, -1.0, 0.0),
+    "z": (0.0, 0.0, 1.0), "-z": (0.0, 0.0, -1.0),
+}  # fmt: skip
 
 
 def _read_axis(value: Any) -> Any:
     if isinstance(value, str):
         if value in _LETTERS:
             return _LETTERS[value]
-        raise PydanticCustomError("axis", "expected an axis: one of {known}, or three numbers", {"known": ", ".join(_LETTERS)})
-    if isinstance(value, (list, tuple)) and len(value) == 3 and all(type(v) in (int, float) for v in value):
-        length = sum(float(v) ** 2 for v in value) ** 0.5
-        if 0 < length < float("inf"):
-            return tuple(float(v) / length if length != 1 else float(v) for v in value)
-    raise PydanticCustomError("axis", "expected an axis: one of x, y, z, -x, -y, -z, or three numbers not all zero", {})
+    elif isinstance(value, (list, tuple)) and len(value) == 3 and all(type(v) in (int, float) for v in value):
+        direction = _normalised(value)
+        if direction is not None:
+            return direction
+    known = ", ".join(_LETTERS)
+    raise PydanticCustomError("axis", "expected an axis: one of {known}, or three numbers not all zero", {"known": known})
+
+
+def _normalised(value: Sequence[float]) -> Direction | None:
+    largest = max(abs(v) for v in value)
+    if not 0 < largest <= sys.float_info.max or any(v != v for v in value):
+        return None
+    x, y, z = (v / largest for v in value)  # so that squares neither overflow nor vanish
+    length = math.hypot(x, y, z)
+    # Once normalised, an axis stays as it is, so that writing and reading change nothing.
+    if abs(length * largest - 1) < 1e-15:
+        return (float(value[0]), float(value[1]), float(value[2]))
+    return (x / length, y / length, z / length)
 
 
 def _write_axis(value: Direction) -> str | list[float]:
-    letters = {v: k for k, v in _LETTERS.items()}
-    return letters.get(tuple(value), list(value))  # type: ignore[call-overload, no-any-return]
+    return next((letter for letter, axis in _LETTERS.items() if axis == value), list(value))
 
 
 Axis = Annotated[
@@ -49,7 +64,7 @@ Axis = Annotated[
     BeforeValidator(_read_axis),
     PlainSerializer(_write_axis),
     WithJsonSchema({
-        "description": "an axis of the frame at this place of the chain: x radially outward, y tangential, z up at zero joint values",
+        "x-kind": 'an axis of the frame at this place of the chain, one of "x", "y", "z", "-x", "-y", "-z", or three numbers',
         "anyOf": [{"enum": list(_LETTERS)}, {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}],
     }),
 ]  # fmt: skip
@@ -87,9 +102,10 @@ class Element(eqx.Module):
     __pydantic_config__ = STRICT
 
     COORDINATES: ClassVar[tuple[Literal["length", "angle"], ...]] = ()
-    """Its coordinates in order: a length (m) or an angle (an `Angle` to the kernels); `advance` takes one bare, several as a tuple."""
+    """Its coordinates in order: length (m) or angle (`Angle` to the kernels); `advance` takes one bare, several as a tuple."""
 
     name: Name = eqx.field(static=True)
+    """Name of this joint or body, unlike the others of its chain; key paths and messages use it."""
 
     def advance(self, frame: Frame, coordinate: Any) -> Frame:
         """The frame beyond this element."""

@@ -51,7 +51,7 @@ def along(frame: Frame, axis: Direction, distance: Scalar) -> Frame:
 
 
 def beam_axes(frame: Frame, axis: Direction) -> tuple[Vec, Vec, Vec]:
-    """Local axes of a beam along a direction of a frame: x along it, y nearest to the frame's y (to its z when it runs along y)."""
+    """Local axes of a beam along a direction of a frame: x along it, y nearest to the frame's y (its z for a beam along y)."""
     towards = (0.0, 0.0, 1.0) if abs(axis[1]) == 1 else (0.0, 1.0, 0.0)
     overlap = sum(a * b for a, b in zip(axis, towards, strict=True))
     across = [b - overlap * a for a, b in zip(axis, towards, strict=True)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 import equinox as eqx
+from pydantic import StrictBool
 
 from trivet.model.elements.base import Flexibility, Joint, Stock
 from trivet.model.quantity import AngleValue, PositiveLength, Stiffness
@@ -21,7 +22,8 @@ class Curvilinear(Joint):
     type: Literal["curvilinear"] = eqx.field(static=True)
     radius: PositiveLength
     """Radius of the guide circle."""
-    actuated: bool = eqx.field(static=True, default=False)
+    actuated: StrictBool = eqx.field(static=True, default=False)
+    """Whether a drive moves the joint."""
     travel: tuple[AngleValue, AngleValue] | None = None
     """Range of the angle; all round when not given."""
     stiffness: Stiffness | None = None

@@ -16,6 +16,7 @@ class Offset(Body):
 
     type: Literal["offset"] = eqx.field(static=True)
     vector: tuple[Length, Length, Length]
+    """The step."""
     mass: Mass | None = None
     """Mass, taken half at either end."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 import equinox as eqx
+from pydantic import StrictBool
 
 from trivet.model.elements.base import Axis, Direction, Flexibility, Joint, Profile, Stock
 from trivet.model.elements.beam import along, beam_flexibilities
@@ -23,7 +24,8 @@ class Prismatic(Joint):
     type: Literal["prismatic"] = eqx.field(static=True)
     axis: Axis = eqx.field(static=True)
     """Direction of positive travel."""
-    actuated: bool = eqx.field(static=True, default=False)
+    actuated: StrictBool = eqx.field(static=True, default=False)
+    """Whether a drive moves the joint."""
     travel: tuple[Length, Length] | None = None
     """Range of the distance; unlimited when not given."""
     stiffness: Stiffness | None = None

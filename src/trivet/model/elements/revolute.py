@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 import equinox as eqx
+from pydantic import StrictBool
 
 from trivet.model.elements.base import Axis, Flexibility, Joint, Stock
 from trivet.model.quantity import AngleValue, RotationalStiffness
@@ -20,11 +21,13 @@ class Revolute(Joint):
 
     type: Literal["revolute"] = eqx.field(static=True)
     axis: Axis = eqx.field(static=True)
-    actuated: bool = eqx.field(static=True, default=False)
+    """Axis of the hinge."""
+    actuated: StrictBool = eqx.field(static=True, default=False)
+    """Whether a drive moves the joint."""
     travel: tuple[AngleValue, AngleValue] | None = None
     """Range of what `measure` says; unlimited when not given."""
     measure: Literal["angle", "elevation"] = eqx.field(static=True, default="angle")
-    """What the travel limits: the angle itself, or the elevation of the next body above the base plane (the paper's asin(P_z/L))."""
+    """What the travel limits: the angle turned, or the elevation of the next body above the base plane (asin(P_z/L))."""
     stiffness: RotationalStiffness | None = None
     """Stiffness about the axis; of an actuated hinge rigid, of a passive one zero when not given."""
 

@@ -1,0 +1,47 @@
+"""Writing machine files."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import tomli_w
+
+from trivet.files import replacing
+from trivet.model.machine import Machine, adapter
+from trivet.model.paths import find, put
+
+
+def document_of(machine: Machine) -> dict[str, Any]:
+    """The document (nested dicts, quantities as text with units, sources beside the numbers) of a machine."""
+    document: dict[str, Any] = _plain(adapter().dump_python(machine, exclude_none=True))
+    for note in document["about"].pop("notes", []):
+        keys = find(document, note["path"])
+        value: Any = document
+        for key in keys:
+            value = value[key]
+        put(document, keys, {"value": value} | {k: v for k, v in note.items() if k != "path" and v})
+    return {k: document[k] for k in ("format", "about") if k in document} | document
+
+
+def _plain(node: Any) -> Any:
+    """Tuples as lists, empty texts and tables left out."""
+    if isinstance(node, dict):
+        return {k: _plain(v) for k, v in node.items() if v not in ("", {}, (), [])}
+    return [_plain(v) for v in node] if isinstance(node, (tuple, list)) else node
+
+
+def to_text(machine: Machine) -> str:
+    """A machine as the text of a machine file."""
+    return tomli_w.dumps(document_of(machine))
+
+
+def write(machine: Machine, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    """Write a machine file; it appears whole or not at all.
+
+    Raises:
+        InputError: when the file exists (unless `overwrite`), or cannot be written.
+    """
+    text = to_text(machine)
+    with replacing(path, overwrite=overwrite) as temporary:
+        temporary.write_text(text, encoding="utf-8")
