@@ -29,6 +29,23 @@ class Symmetric:
         i, j = index
         self.rows[min(i, j)][max(i, j)] = value
 
+    @classmethod
+    def of(cls, size: int, upper: Iterable[Scalar]) -> Symmetric:
+        """A matrix from its upper triangle by rows."""
+        matrix, entries = cls(size), iter(upper)
+        for i in range(size):
+            for j in range(i, size):
+                matrix[i, j] = next(entries)
+        return matrix
+
+    def plus(self, other: Symmetric) -> Symmetric:
+        """Sum of two matrices of one size."""
+        result = Symmetric(self.size)
+        for i in range(self.size):
+            for j in range(i, self.size):
+                result[i, j] = add(self[i, j], other[i, j])
+        return result
+
     def add_dyad(self, v: Sequence[Scalar], factor: Scalar = 1) -> None:
         """Add factor * v v^T."""
         for i in range(self.size):
@@ -101,17 +118,17 @@ def _inverse_by_complement(m: Symmetric) -> Symmetric:
     a_inverse = m.block(head).inverse()
     coupling = [[m[i, j] for j in tail] for i in head]
     # g = A^-1 B, complement = D - B^T g
-    g = [[_dot([a_inverse[i, k] for k in head], [row[j] for row in coupling]) for j in range(len(tail))] for i in head]
+    g = [[dot([a_inverse[i, k] for k in head], [row[j] for row in coupling]) for j in range(len(tail))] for i in head]
     complement = m.block(tail)
     for a in range(len(tail)):
         for b in range(a, len(tail)):
-            complement[a, b] = sub(complement[a, b], _dot([row[a] for row in coupling], [row[b] for row in g]))
+            complement[a, b] = sub(complement[a, b], dot([row[a] for row in coupling], [row[b] for row in g]))
     d = complement.inverse()
-    gd = [[_dot(row, [d[k, b] for k in range(len(tail))]) for b in range(len(tail))] for row in g]
+    gd = [[dot(row, [d[k, b] for k in range(len(tail))]) for b in range(len(tail))] for row in g]
     result = Symmetric(m.size)
     for i in head:
         for j in range(i, 3):
-            result[i, j] = add(a_inverse[i, j], _dot(gd[i], g[j]))
+            result[i, j] = add(a_inverse[i, j], dot(gd[i], g[j]))
         for b, j in enumerate(tail):
             result[i, j] = mul(-1, gd[i][b])
     for a, i in enumerate(tail):
@@ -120,7 +137,8 @@ def _inverse_by_complement(m: Symmetric) -> Symmetric:
     return result
 
 
-def _dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
+def dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
+    """Sum of products."""
     total: Scalar = 0
     for p, q in zip(a, b, strict=True):
         total = add(total, mul(p, q))

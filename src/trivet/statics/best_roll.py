@@ -24,16 +24,19 @@ from trivet.space.pose import rolled, tangent_axes
 from trivet.space.scalar import Scalar
 from trivet.space.surface import Surface
 from trivet.space.vector import Vec
-from trivet.statics.compliance import platform_stiffness
+from trivet.statics.compliance import platform_stiffness, platform_stiffness_by_copies
 from trivet.statics.objective import Objective
 
-POINTS_PER_CHUNK = 512
+POINTS_PER_CHUNK = 320
+"""Fixed, so that every surface uses the same compiled kernel; the paper's 317 points fill one chunk."""
 HILLS = 6
 """Highest hills of the grid that are climbed; a three-fold symmetric machine has three of equal height."""
 CANDIDATES, LEVELS = 9, 13
 """The zoom looks at so many rolls per level and narrows four-fold each time: 1 degree to below 1e-9 rad."""
 TIE = 1e-9
 """Relative difference below which two tops count as equal."""
+SAME = 1e-5
+"""Rolls closer than this (rad) are the same: a flat top is found to about the root of the rounding error."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +73,10 @@ def on_grid(machine: Machine, frames: Frame, rolls: Angle, signs: Scalar, scalar
 
 @partial(jax.jit, static_argnames="scalar")
 def _zoom(machine: Machine, frames: Frame, centre: Angle, offsets: Angle, signs: Scalar, scalar: Objective) -> Any:
-    """Climb hills: frames (n, 1, 1), centre (n, k, 1), offsets (levels, candidates); gives the tops and their rolls (n, k)."""
+    """Climb hills: frames (n, 1, 1), centre (n, k, 1), offsets (levels, candidates).
+
+    Gives the tops, their rolls, and whether a limit cuts the hill within the last, tiny, step of its top (n, k).
+    """
 
     def narrow(centre: Angle, offset: Angle) -> tuple[Angle, Scalar]:
         # Angle addition: no sine or cosine inside the kernel.
@@ -78,10 +84,10 @@ def _zoom(machine: Machine, frames: Frame, centre: Angle, offsets: Angle, signs:
         values = _value(machine, frames, tried, signs, scalar)
         best = jnp.argmax(values, axis=-1, keepdims=True)
         take = partial(jnp.take_along_axis, indices=best, axis=-1)
-        return Angle(take(tried.cos), take(tried.sin)), take(values)[..., 0]
+        return Angle(take(tried.cos), take(tried.sin)), (take(values)[..., 0], jnp.isfinite(values).all(axis=-1))
 
-    last, values = jax.lax.scan(narrow, centre, offsets)
-    return values[-1], jnp.arctan2(last.sin, last.cos)[..., 0], values[-2]
+    last, (tops, free) = jax.lax.scan(narrow, centre, offsets)
+    return tops[-1], jnp.arctan2(last.sin, last.cos)[..., 0], ~free[-1]
 
 
 def best_roll(
@@ -110,7 +116,7 @@ def best_roll(
     if not 8 <= rolls <= 100_000:
         raise InputError(f"rolls: {rolls}; between 8 and 100000 are needed to find the hills")
     count = len(surface)
-    size = min(POINTS_PER_CHUNK, count)
+    size = POINTS_PER_CHUNK
     model, branch = jax.tree.map(jnp.asarray, machine), jnp.asarray(signs)
     parts = []
     for start in range(0, count, size):
@@ -129,12 +135,12 @@ def _search(machine: Machine, frames: Frame, signs: Scalar, scalar: Objective, r
     spacing = step * 0.25 ** np.arange(1, LEVELS + 1)
     offset = spacing[:, None] * np.arange(-(CANDIDATES // 2), CANDIDATES // 2 + 1)
     centre = grid[hills][..., None]
-    tops, roll, _ = _zoom(
+    tops, roll, cut = _zoom(
         machine, _expand(frames, 2), Angle(np.cos(centre), np.sin(centre)), Angle(np.cos(offset), np.sin(offset)), signs, scalar
     )
     # A hill that the grid did not reach has no top, even where the zoom happened upon one beside it.
     tops = np.where(np.isfinite(np.take_along_axis(values, hills, 1)), np.asarray(tops), -np.inf)
-    return _settle(machine, frames, signs, scalar, tops, np.mod(np.asarray(roll), 2 * math.pi))
+    return _settle(tops, np.mod(np.asarray(roll), 2 * math.pi), np.asarray(cut))
 
 
 def _hills(values: NDArray[Any], most: int) -> NDArray[Any]:
@@ -146,27 +152,25 @@ def _hills(values: NDArray[Any], most: int) -> NDArray[Any]:
     return np.argsort(-ranked, axis=1, kind="stable")[:, :most]
 
 
-def _settle(
-    machine: Machine, frames: Frame, signs: Scalar, scalar: Objective, tops: NDArray[Any], roll: NDArray[Any]
-) -> tuple[Any, ...]:
-    """Of the tops that were climbed: the best value, its smallest roll, how many are as good, whether a limit decided."""
+def _settle(tops: NDArray[Any], roll: NDArray[Any], cut: NDArray[Any]) -> tuple[NDArray[Any], ...]:
+    """Of the tops that were climbed: the smallest roll of the best, its value, how many are as good, whether a limit decided."""
     best = tops.max(axis=1)
     found = np.isfinite(best)
-    equal = np.isfinite(tops) & (tops >= (best - TIE * np.abs(best))[:, None])
-    # Two hills may lead to the same top; rolls closer than this are one.
-    order = np.sort(np.where(equal, roll, np.inf), axis=1)
-    with np.errstate(invalid="ignore"):
-        distinct = np.isfinite(order) & ~(np.diff(order, axis=1, prepend=-np.inf) < 1e-5)
-    chosen = np.where(found, order[:, 0], 0.0)
-    wrapped = distinct.sum(axis=1) - ((distinct.sum(axis=1) > 1) & (np.where(np.isfinite(order), order, 0).max(axis=1) - chosen > 2 * math.pi - 1e-5))
-    beside = chosen[:, None] + np.array([-1e-6, 1e-6])
-    around = np.asarray(on_grid_pairs(machine, _expand(frames, 1), Angle(np.cos(beside), np.sin(beside)), signs, scalar))
-    at_limit = found & ~np.isfinite(around).all(axis=1)
-    nan = np.where(found, 0.0, np.nan)
-    return chosen + nan, np.where(found, best, np.nan), np.where(found, wrapped, 0), at_limit
+    equal = np.isfinite(tops) & (tops >= np.where(found, best - TIE * np.abs(best), 0)[:, None])
+    candidates = np.where(equal, roll, np.inf)
+    column = candidates.argmin(axis=1)[:, None]
+    chosen = np.take_along_axis(roll, column, 1)[:, 0]
+    at_limit = found & np.take_along_axis(cut, column, 1)[:, 0]
+    return np.where(found, chosen, np.nan), np.where(found, best, np.nan), _count_distinct(roll, equal), at_limit
 
 
-on_grid_pairs = on_grid
+def _count_distinct(roll: NDArray[Any], counted: NDArray[Any]) -> NDArray[Any]:
+    """How many different angles there are per row; two hills may lead to the same top."""
+    apart = np.abs(roll[:, :, None] - roll[:, None, :])
+    same = np.minimum(apart, 2 * math.pi - apart) < SAME
+    earlier = np.tri(roll.shape[1], k=-1, dtype=bool)
+    repeats = (same & earlier & counted[:, None, :]).any(axis=2)
+    return (counted & ~repeats).sum(axis=1)
 
 
 def _expand(frames: Frame, axes: int) -> Frame:
@@ -180,8 +184,7 @@ def mean_objective(machine: Machine, frames: Frame, roll: Angle, signs: Scalar, 
     At interior best rolls the derivative of the mean with respect to a dimension is that of the mean best-roll objective, since
     the objective's derivative with respect to the roll vanishes there (envelope theorem).
     """
-    stiffness, _ = platform_stiffness(machine, rolled(frames, roll), signs)
-    return jnp.mean(scalar(stiffness))
+    return jnp.mean(scalar(platform_stiffness_by_copies(machine, rolled(frames, roll), signs)))
 
 
 _mean_and_gradient = jax.jit(jax.value_and_grad(mean_objective), static_argnames="scalar")

@@ -21,6 +21,8 @@ TILE = 2048
 """Poses worked on at a time: few enough that the intermediate arrays of the fused kernel stay in the cache of one core."""
 CHUNK = 16
 """Tiles per call."""
+SMALL = 320
+"""Poses per call of small batches, which have a compiled kernel of their own."""
 
 UPPER = tuple((i, j) for i in range(6) for j in range(i, 6))
 
@@ -65,8 +67,7 @@ def stiffness(machine: Machine, poses: Frame, signs: Any) -> tuple[Any, Any]:
     """
     components = [np.asarray(c, dtype=float).ravel() for c in jax.tree.leaves(poses)]
     count = components[0].size
-    tile = min(TILE, max(1, count))
-    rows = min(CHUNK, -(-count // tile))
+    rows, tile = (CHUNK, TILE) if count > 8 * SMALL else (1, SMALL)
     size = tile * rows
     structure = jax.tree.structure(poses)
 
