@@ -43,6 +43,14 @@ class SectionProperties(NamedTuple):
     shear_area_z: Scalar
 
 
+class Outline(NamedTuple):
+    """What a section looks like from outside: size (m) along the beam's local y and z axes; round or rectangular."""
+
+    width: Scalar
+    height: Scalar
+    is_round: bool
+
+
 class Tube(eqx.Module):
     """A round tube."""
 
@@ -56,6 +64,11 @@ class Tube(eqx.Module):
         """Section properties; shear coefficient of Cowper (1966) for the hollow circle."""
         return _round(self.outer_diameter, self.inner_diameter, poisson_ratio)
 
+    @property
+    def outline(self) -> Outline:
+        """The outer circle."""
+        return Outline(self.outer_diameter, self.outer_diameter, True)
+
 
 class Rod(eqx.Module):
     """A round solid rod."""
@@ -68,6 +81,11 @@ class Rod(eqx.Module):
     def properties(self, poisson_ratio: Scalar) -> SectionProperties:
         """Section properties; shear coefficient of Cowper (1966) for the circle."""
         return _round(self.diameter, 0, poisson_ratio)
+
+    @property
+    def outline(self) -> Outline:
+        """The circle."""
+        return Outline(self.diameter, self.diameter, True)
 
 
 class Rectangle(eqx.Module):
@@ -84,6 +102,11 @@ class Rectangle(eqx.Module):
         b, h = self.width, self.height
         shear = 10 * (1 + poisson_ratio) / (12 + 11 * poisson_ratio) * b * h
         return SectionProperties(b * h, b * h**3 / 12, h * b**3 / 12, _rectangle_torsion(b, h), shear, shear)
+
+    @property
+    def outline(self) -> Outline:
+        """The rectangle."""
+        return Outline(self.width, self.height, False)
 
 
 class General(eqx.Module):
@@ -110,6 +133,11 @@ class General(eqx.Module):
         z = math.inf if self.shear_area_z is None else self.shear_area_z
         return SectionProperties(self.area, self.inertia_y, self.inertia_z, self.torsion, y, z)
 
+    @property
+    def outline(self) -> Outline:
+        """A square of the same area, since the shape is not given."""
+        return Outline(self.area**0.5, self.area**0.5, False)
+
 
 Section = Tube | Rod | Rectangle | General
 
@@ -123,7 +151,7 @@ def _round(outer: Scalar, inner: Scalar, nu: Scalar) -> SectionProperties:
 
 
 def _rectangle_torsion(b: Scalar, h: Scalar) -> Scalar:
-    """Torsion constant of a rectangle (Timoshenko and Goodier, Theory of Elasticity, art. 109), five terms: error below 1e-6."""
+    """Torsion constant of a rectangle (Timoshenko and Goodier, Theory of Elasticity, art. 109), five terms: error < 1e-6."""
     import jax.numpy as jnp
 
     long, short = jnp.maximum(b, h), jnp.minimum(b, h)

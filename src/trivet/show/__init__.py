@@ -1,0 +1,1 @@
+"""Drawings, tables and figures of what the other folders compute."""

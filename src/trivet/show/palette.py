@@ -1,0 +1,54 @@
+"""Colours of drawings: those of Okabe and Ito, which the colour-blind can tell apart."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from trivet.show.shapes import Role, Shape
+
+# Okabe and Ito, "Color universal design" (2008), and greys.
+BLUE, SKY, GREEN, ORANGE, VERMILLION, PURPLE, BLACK = "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7", "#000000"
+
+COLOURS: dict[Role, str] = {
+    "link": BLUE,
+    "actuated joint": ORANGE,
+    "passive joint": GREEN,
+    "guide": "#8C8C8C",
+    "ground": "#D9D9D9",
+    "platform": SKY,
+    "tool": "#404040",
+    "workpiece": PURPLE,
+    "x axis": BLACK,
+    "y axis": BLACK,
+    "z axis": BLACK,
+}
+
+LEGEND: tuple[Role, ...] = ("actuated joint", "passive joint", "link", "guide", "platform", "tool", "workpiece")
+"""What a legend lists, in this order."""
+
+MARKED = VERMILLION
+"""Colour of joints which a status names."""
+
+SEE_THROUGH: dict[Role, float] = {"platform": 0.6, "ground": 0.5}
+"""Opacity of what would hide the rest."""
+
+
+class Painted(NamedTuple):
+    """A shape with its colour (#RRGGBB) and opacity."""
+
+    shape: Shape
+    colour: str
+    opacity: float
+    is_marked: bool
+
+
+def paint(found: Iterable[Shape], status: str = "") -> list[Painted]:
+    """Colours for shapes; the joints which a status names by their full names ("leg-2.hinge") are marked."""
+    named = set(re.findall(r"[a-z][a-z0-9_-]*\.[a-z][a-z0-9_-]*", status))
+    painted = []
+    for shape in found:
+        marked = shape.role.endswith("joint") and shape.name in named
+        painted.append(Painted(shape, MARKED if marked else COLOURS[shape.role], SEE_THROUGH.get(shape.role, 1.0), marked))
+    return painted

@@ -1,0 +1,261 @@
+"""The scene: a machine at a pose as primitive shapes, everything from its description."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from trivet.errors import NoResultError
+from trivet.kinematics.closure import close_machine
+from trivet.kinematics.inverse import branches, has_closed_form, inverse
+from trivet.kinematics.mode import parse_mode
+from trivet.kinematics.walk import Coordinate, walk_from
+from trivet.model import Leg, Machine
+from trivet.model.elements import Beam, Curvilinear, Element, Offset, Prismatic, Profile, Revolute, Spherical, Universal
+from trivet.model.elements.beam import beam_axes
+from trivet.show import shapes
+from trivet.show.shapes import Array, Role, Shape
+from trivet.space.frame import IDENTITY, Frame
+from trivet.space.pose import zyz_frame
+
+Step: TypeAlias = tuple[Element, Frame, Any]
+
+
+class Label(NamedTuple):
+    """A word at a point (3,) in {O}, m."""
+
+    text: str
+    point: Array
+
+
+class Scene(NamedTuple):
+    """What is to be seen."""
+
+    shapes: tuple[Shape, ...]
+    joints: tuple[Label, ...]
+    """Names of the joints of the first chain of each kind: the others are its copies."""
+    frames: tuple[Label, ...]
+    """Names of the frames {O} and {E} and of their axes, and of the chains at their feet."""
+    mode: str
+    """Working mode as written; empty where the chains were closed numerically."""
+    pose: Frame
+
+
+def home_pose(machine: Machine) -> Frame:
+    """The platform frame at home."""
+    home = machine.home
+    return zyz_frame(home.position, home.azimuth, home.tilt, home.roll)
+
+
+def scene(machine: Machine, pose: Frame | None = None, mode: str | None = None) -> Scene:
+    """The shapes of a machine at a pose, positions in {O} in m.
+
+    Args:
+        machine: the machine.
+        pose: platform frame {E} in {O}, of floats (m); home when not given.
+        mode: working mode, as `parse_mode` reads it; for machines whose chains are all solved by a leg family.
+
+    Raises:
+        InputError: when the mode does not fit the machine.
+        NoResultError: when a chain does not reach the pose.
+    """
+    pose = home_pose(machine) if pose is None else pose
+    stands, written = _stand(machine, pose, mode)
+    unit = _unit(machine)
+    found = list(_ground(machine, unit))
+    joints: list[Label] = []
+    frames: list[Label] = []
+    for leg, steps in stands:
+        found += _rails(leg, steps, unit)
+        found += _bodies(machine, leg, steps)
+        markers = {shape.name: shape for shape in _joints(leg, steps, unit)}
+        found += _joints(leg, steps, unit)
+        if leg.rotation == 0:
+            joints += [Label(name, (shape.start + shape.end) / 2) for name, shape in markers.items()]
+        frames.append(Label(leg.name, _foot(leg, steps)))
+    found += _platform(machine, pose, unit)
+    size = 0.5 * max(float(np.ptp(np.concatenate([s.rings.reshape(-1, 3) for s in found]), axis=0).max()), 1e-3)
+    for name, frame, reach in (("O", IDENTITY, 0.3 * size), ("E", pose, 0.22 * size)):
+        found += _triad(name, frame, reach)
+        frames += [Label(f"{{{name}}}", _point(frame))] + [
+            Label(f"{axis}{'' if name == 'O' else '_E'}", _point(frame) + 1.12 * reach * column)
+            for axis, column in zip("xyz", _axes(frame).T, strict=True)
+        ]
+    return Scene(tuple(_once(found)), tuple(joints), tuple(frames), written, pose)
+
+
+def _stand(machine: Machine, pose: Frame, mode: str | None) -> tuple[list[tuple[Leg, list[Step]]], str]:
+    """Every chain with the frames of its elements in {O}, and the working mode."""
+    legs = machine.legs
+    coordinates: list[tuple[Coordinate, ...]]
+    written = ""
+    if mode is not None or all(has_closed_form(leg) for leg in legs):
+        signs = parse_mode(machine, mode)
+        written = " ".join("".join("+" if signs[i, b] > 0 else "-" for b in branches(leg)) for i, leg in enumerate(legs))
+        coordinates = []
+        for leg, sign in zip(legs, signs, strict=True):
+            posture = inverse(leg, pose, sign)
+            if not posture.reach >= 0:
+                raise NoResultError(f"chains.{leg.name}: does not reach this pose; there is nothing to draw")
+            coordinates.append(posture.coordinates)
+    else:
+        coordinates = [closure.coordinates for closure in close_machine(machine, pose)]
+    walks = [walk_from(leg.base_frame(), leg.chain.elements, own) for leg, own in zip(legs, coordinates, strict=True)]
+    return list(zip(legs, walks, strict=True)), written
+
+
+def _point(frame: Frame) -> Array:
+    return np.array([float(c) for c in frame.origin])
+
+
+def _axes(frame: Frame) -> Array:
+    """Axes of a frame (3, 3) in the columns."""
+    return np.array([[float(c) for c in row] for row in frame.matrix()])
+
+
+def _beyond(element: Element, frame: Frame, coordinate: Coordinate) -> Frame:
+    """The frame behind a sliding joint, which is where its carriage is; that of any other joint itself."""
+    return element.advance(frame, coordinate) if isinstance(element, (Curvilinear, Prismatic)) else frame
+
+
+def _unit(machine: Machine) -> float:
+    """Size of the joints in the drawing, m: the width of the slenderest section, or a share of the machine."""
+    widths = [float(section.outline.width) for section in machine.sections.values()]
+    return min(widths) if widths else 0.15 * float(machine.characteristic_length) + 1e-3
+
+
+def _role(joint: Element) -> Role:
+    return "actuated joint" if getattr(joint, "actuated", False) else "passive joint"
+
+
+def _foot(leg: Leg, steps: list[Step]) -> Array:
+    element, frame, coordinate = steps[0]
+    return _point(_beyond(element, frame, coordinate))
+
+
+def _barrel(element: Element) -> float:
+    """Length (m) of the fixed part of a telescope: a slide with a beam that never comes near zero; zero for another slide."""
+    if not isinstance(element, Prismatic) or element.beam is None or element.travel is None:
+        return 0.0
+    return 0.9 * max(float(element.travel[0]), 0.0)
+
+
+def _ground(machine: Machine, unit: float) -> Iterator[Shape]:
+    """The base plate, where chains stand on places of their own."""
+    feet = np.array([_point(leg.base_frame()) for leg in machine.legs if leg.chain.base is not None and leg.chain.base.radius])
+    if len(feet) >= 3:
+        middle = feet.mean(axis=0)
+        angles = np.arctan2(*(feet - middle).T[1::-1])
+        rim = middle + (feet - middle)[np.argsort(angles)] * 1.08
+        yield shapes.plate("base", "ground", rim - (0, 0, unit / 2), np.array((0.0, 0.0, 1.0)), unit / 4)
+
+
+def _rails(leg: Leg, steps: list[Step], unit: float) -> Iterator[Shape]:
+    """The guides along which joints slide, over their travel."""
+    for element, frame, _ in steps:
+        name, size = f"{leg.name}.{element.name}", (0.35 * unit, 0.35 * unit)
+        if isinstance(element, Curvilinear):
+            low, high = (-math.pi, math.pi) if element.travel is None else element.travel
+            angles = np.linspace(float(low), float(high), max(3, round((float(high) - float(low)) * 20)))
+            around = np.stack([np.cos(angles), np.sin(angles)], axis=1) * float(element.radius)
+            axes = _axes(frame)
+            yield shapes.curve(name, "guide", _point(frame) + around @ axes[:, :2].T, axes[:, 2], size)
+        elif isinstance(element, Prismatic) and element.travel is not None and not _barrel(element):
+            ends = [_point(element.advance(frame, float(limit))) for limit in element.travel]
+            yield shapes.bar(name, "guide", ends[0], ends[1], size, is_round=False)
+
+
+def _bodies(machine: Machine, leg: Leg, steps: list[Step]) -> Iterator[Shape]:
+    """Links: beams, the extended parts of slides, and rigid offsets."""
+    for element, frame, coordinate in steps:
+        name = f"{leg.name}.{element.name}"
+        if isinstance(element, Beam):
+            yield _link(machine, name, frame, element.axis, float(element.length), element.profile)
+        elif isinstance(element, Prismatic) and element.beam is not None and float(coordinate) != 0:
+            yield _link(machine, name, frame, element.axis, float(coordinate), element.beam)
+        elif isinstance(element, Offset):
+            start, end = _point(frame), _point(element.advance(frame))
+            if np.any(start != end):
+                yield shapes.bar(name, "link", start, end, (0.5 * _unit(machine),) * 2, is_round=False)
+
+
+def _link(machine: Machine, name: str, frame: Frame, axis: Any, length: float, profile: Profile) -> Shape:
+    outline = machine.sections[profile.section].outline
+    along, side, _ = (np.array([float(c) for c in v]) for v in beam_axes(frame, axis))
+    start = _point(frame)
+    size = (float(outline.width), float(outline.height))
+    return shapes.bar(name, "link", start, start + along * length, size, outline.is_round, side)
+
+
+def _joints(leg: Leg, steps: list[Step], unit: float) -> Iterator[Shape]:
+    """Joints as markers: carriages and sliders, barrels of telescopes, pins of hinges, balls."""
+    stage = 0
+    for element, frame, coordinate in steps:
+        name, role = f"{leg.name}.{element.name}", _role(element)
+        place = _beyond(element, frame, coordinate)
+        centre, axes = _point(place), _axes(place)
+        if isinstance(element, Prismatic) and _barrel(element):
+            start = _point(frame)
+            along = np.array([float(c) for c in frame.direction(element.axis)])
+            yield shapes.bar(name, role, start, start + along * _barrel(element), (1.5 * unit, 1.5 * unit))
+        elif isinstance(element, (Curvilinear, Prismatic)):
+            # Stages on stages: each smaller and thicker than the one below, so that all are seen where they coincide.
+            edge, thick = (2.2 - 0.4 * stage) * unit, (0.5 + 0.2 * stage) * unit
+            upright = isinstance(element, Prismatic) and abs(element.axis[2]) > 0.7
+            yield shapes.block(name, role, centre, axes, (edge, edge, edge if upright else thick))
+            stage += 1
+        elif isinstance(element, Revolute):
+            axis = np.array([float(c) for c in frame.direction(element.axis)])
+            yield shapes.pin(name, role, centre, axis, 2.5 * unit, 0.9 * unit)
+        elif isinstance(element, Universal):
+            for axis in _cross(element, frame, coordinate):
+                yield shapes.pin(name, role, centre, axis, 2.2 * unit, 0.7 * unit)
+        elif isinstance(element, Spherical):
+            yield shapes.ball(name, role, centre, 0.65 * unit)
+
+
+def _cross(joint: Universal, frame: Frame, coordinate: Coordinate) -> list[Array]:
+    return [np.array([float(c) for c in twist.angular]) for twist in joint.freedoms(frame, coordinate, frame.origin)]
+
+
+def _platform(machine: Machine, pose: Frame, unit: float) -> Iterator[Shape]:
+    """The platform as its disc, or as the polygon of its joints; the tool; the workpiece."""
+    platform, axes, centre = machine.platform, _axes(pose), _point(pose)
+    if platform.disc is not None:
+        angles = np.arange(36) * 2 * math.pi / 36
+        rim = float(platform.disc.radius) * np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+        thickness = float(platform.disc.thickness)
+    else:
+        rim = np.array([_point(leg.platform_frame()) for leg in machine.legs])
+        rim, thickness = rim[np.argsort(np.arctan2(rim[:, 1], rim[:, 0]))], 0.3 * unit
+    if len(rim) >= 3:
+        yield shapes.plate("platform", "platform", centre + rim @ axes.T, axes[:, 2], thickness)
+    if platform.tool_tip is not None:
+        tip = _point(pose.shift(platform.tool_tip))
+        yield shapes.cone("tool", "tool", centre, tip, 0.8 * unit)
+    if machine.workpiece is not None:
+        middle = np.array((0.0, 0.0, float(machine.workpiece.height)))
+        yield shapes.dome("workpiece", "workpiece", middle, float(machine.workpiece.radius))
+
+
+def _triad(name: str, frame: Frame, reach: float) -> Iterator[Shape]:
+    origin, thick = _point(frame), 0.035 * reach
+    roles: tuple[Role, Role, Role] = ("x axis", "y axis", "z axis")
+    for letter, role, column in zip("xyz", roles, _axes(frame).T, strict=True):
+        neck = origin + 0.82 * reach * column
+        yield shapes.bar(f"{{{name}}} {letter}", role, origin, neck, (thick, thick))
+        yield shapes.cone(f"{{{name}}} {letter}", role, neck, origin + reach * column, 3 * thick)
+
+
+def _once(found: list[Shape]) -> Iterator[Shape]:
+    """One of several guides that coincide (the circle that all carriages share)."""
+    seen: set[tuple[Any, ...]] = set()
+    for shape in found:
+        low, high = shape.rings.min(axis=(0, 1)), shape.rings.max(axis=(0, 1))
+        key = (shape.role, shape.rings.shape, *np.round(np.concatenate([low, high]), 6).tolist())
+        if shape.role != "guide" or key not in seen:
+            yield shape
+        seen.add(key)
