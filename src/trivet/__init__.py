@@ -1,0 +1,55 @@
+"""trivet: analysis and design of parallel kinematic machines.
+
+One description of a machine, everything derived:
+
+    import trivet
+    comparison = trivet.compare("azulay", "eclipse", "my-machine.toml")
+    trivet.figure(comparison, "compare.png")
+
+The names below are loaded when they are first used, so that importing trivet, and `trivet --help`, cost nothing.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from trivet.errors import InputError, NoResultError, TrivetError
+    from trivet.model import Machine, catalogue, dimensions, load, parse, schema, to_text, write
+    from trivet.show.figure import figure
+    from trivet.space.surface import Surface, hemisphere
+    from trivet.study.comparison import Comparison, compare
+    from trivet.study.datasets import save
+    from trivet.study.machines import switched
+    from trivet.study.pose import PoseReport, pose
+    from trivet.study.stiffness_map import StiffnessMap, stiffness_map
+
+_HOMES = {
+    "trivet.errors": ("InputError", "NoResultError", "TrivetError"),
+    "trivet.model": ("Machine", "catalogue", "dimensions", "load", "parse", "schema", "to_text", "write"),
+    "trivet.show.figure": ("figure",),
+    "trivet.space.surface": ("Surface", "hemisphere"),
+    "trivet.study.comparison": ("Comparison", "compare"),
+    "trivet.study.datasets": ("save",),
+    "trivet.study.machines": ("switched",),
+    "trivet.study.pose": ("PoseReport", "pose"),
+    "trivet.study.stiffness_map": ("StiffnessMap", "stiffness_map"),
+}
+
+__all__ = [
+    "Comparison", "InputError", "Machine", "NoResultError", "PoseReport", "StiffnessMap", "Surface", "TrivetError",
+    "catalogue", "compare", "dimensions", "figure", "hemisphere", "load", "parse", "pose", "save", "schema", "stiffness_map",
+    "switched", "to_text", "write",
+]  # fmt: skip
+
+
+def __getattr__(name: str) -> Any:
+    for home, names in _HOMES.items():
+        if name in names:
+            return getattr(importlib.import_module(home), name)
+    raise AttributeError(f"module 'trivet' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    return __all__

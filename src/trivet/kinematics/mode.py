@@ -44,6 +44,13 @@ def parse_mode(machine: Machine, text: str | None = None) -> Any:
     return signs
 
 
+def mode_text(machine: Machine, signs: Any) -> str:
+    """The written form of signs (n_chains, 2)."""
+    return " ".join(
+        "".join("+" if signs[i][branch] > 0 else "-" for branch in branches(leg)) for i, leg in enumerate(machine.legs)
+    )
+
+
 def describe_branches(machine: Machine) -> str:
     """What the signs of one chain mean."""
     names = [("side", "elbow")[b] for b in branches(machine.legs[0])]

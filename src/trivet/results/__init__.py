@@ -1,0 +1,1 @@
+"""Labelled results with units: NetCDF."""

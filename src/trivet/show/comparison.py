@@ -1,0 +1,98 @@
+"""The comparison of machines in one picture: distributions per axis with the published means, and maps."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from trivet.files import replacing
+from trivet.show.maps import check_suffix, scaled, scatter_map
+from trivet.show.palette import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION
+from trivet.study.comparison import HELD, Comparison
+
+SERIES = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILLION)
+
+
+def draw_comparison(result: Comparison, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    """Draw a comparison (PNG or self-contained HTML)."""
+    suffix = check_suffix(path)
+    with replacing(path, overwrite=overwrite) as temporary:
+        (_picture if suffix == ".png" else _page)(result, temporary)
+
+
+def _picture(result: Comparison, path: Path) -> None:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    columns = max(3, len(result.maps))
+    canvas = Figure(figsize=(3.9 * columns, 8.2), layout="constrained")
+    FigureCanvasAgg(canvas)
+    upper, lower = canvas.subfigures(2, 1, height_ratios=[1.05, 1])
+    upper.suptitle("Stiffness over the check points, best roll for " + result.maps[0].objective.name)
+    for axes, quantity in zip(upper.subplots(1, 3), HELD, strict=True):
+        _distributions(axes, result, quantity)
+    shared = _common_range(result, "K_xx")
+    for axes, stiffness_map in zip(np.ravel(lower.subplots(1, columns)), result.maps, strict=False):
+        values, unit = scaled(stiffness_map, "K_xx")
+        scatter_map(axes, stiffness_map, values, f"K_xx, {unit}", shared)
+        axes.set_title(f"{stiffness_map.machine.name}: {int(stiffness_map.used.sum())} of {len(stiffness_map.surface)} points", fontsize=10)
+    for axes in np.ravel(lower.axes)[len(result.maps) : columns]:
+        if not axes.has_data():
+            axes.set_axis_off()
+    canvas.savefig(path, format="png", dpi=110)
+
+
+def _common_range(result: Comparison, quantity: str) -> tuple[float, float]:
+    values = np.concatenate([scaled(m, quantity)[0] for m in result.maps])
+    return float(np.nanmin(values)), float(np.nanmax(values))
+
+
+def _distributions(axes: Any, result: Comparison, quantity: str) -> None:
+    """Violins of one quantity, a bar at the mean, a diamond at every published mean."""
+    samples = [v[np.isfinite(v)] for v in (scaled(m, quantity)[0] for m in result.maps)]
+    places = np.arange(1, len(samples) + 1)
+    spread = [k for k, s in enumerate(samples) if np.ptp(s) > 0]
+    if spread:
+        parts = axes.violinplot([samples[k] for k in spread], positions=places[spread], widths=0.8, showextrema=False)
+        for k, body in zip(spread, parts["bodies"], strict=True):
+            body.set_facecolor(SERIES[k % len(SERIES)])
+            body.set_alpha(0.6)
+    axes.scatter(places, [s.mean() for s in samples], marker="_", s=900, color="black", label="mean")
+    published = [(k, d.published / 1e6) for k, m in zip(places, result.maps, strict=True) for d in result.deviations if d.machine == m.machine.name and d.quantity == quantity]
+    if published:
+        axes.scatter(*zip(*published, strict=True), marker="D", s=34, facecolor="none", edgecolor=VERMILLION, linewidth=1.6, label="published mean", zorder=3)
+    axes.set_xticks(places, [m.machine.name for m in result.maps], rotation=20 if len(places) > 3 else 0)
+    axes.set_ylabel(f"{quantity}, N/µm")
+    axes.set_ylim(bottom=0)
+    axes.set_title(quantity)
+    if quantity == HELD[0]:
+        axes.legend(loc="lower left", fontsize=8)
+
+
+def _page(result: Comparison, path: Path) -> None:
+    import plotly.graph_objects as go
+    from plotly.subplots import make_subplots
+
+    page = make_subplots(rows=1, cols=3, subplot_titles=[f"{q}, N/µm" for q in HELD])
+    for column, quantity in enumerate(HELD, 1):
+        for k, stiffness_map in enumerate(result.maps):
+            values, _ = scaled(stiffness_map, quantity)
+            name = stiffness_map.machine.name
+            page.add_trace(
+                go.Violin(y=values[np.isfinite(values)], name=name, legendgroup=name, showlegend=column == 1,
+                          line_color=SERIES[k % len(SERIES)], meanline_visible=True, points=False, spanmode="hard"),
+                row=1, col=column,
+            )  # fmt: skip
+        rows = [d for d in result.deviations if d.quantity == quantity]
+        page.add_trace(
+            go.Scatter(x=[d.machine for d in rows], y=[d.published / 1e6 for d in rows], mode="markers", name="published mean",
+                       legendgroup="published", showlegend=column == 1 and bool(rows), text=[d.source for d in rows],
+                       marker={"symbol": "diamond-open", "size": 10, "color": VERMILLION, "line": {"width": 2}}),
+            row=1, col=column,
+        )  # fmt: skip
+    page.update_yaxes(rangemode="tozero")
+    page.update_layout(title="Stiffness over the check points, best roll for " + result.maps[0].objective.name, template="simple_white", height=560)
+    page.write_html(path, include_plotlyjs=True, full_html=True)

@@ -1,0 +1,51 @@
+"""One function for every picture."""
+
+from __future__ import annotations
+
+import os
+from functools import singledispatch
+from typing import Any
+
+from trivet.model import Machine
+from trivet.show.comparison import draw_comparison
+from trivet.show.drawing import draw
+from trivet.show.maps import draw_map
+from trivet.study.comparison import Comparison
+from trivet.study.pose import PoseReport
+from trivet.study.stiffness_map import StiffnessMap
+
+
+@singledispatch
+def figure(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    """Draw a machine, a pose, a stiffness map or a comparison.
+
+    Args:
+        result: a Machine (at home), or what `pose`, `stiffness_map` or `compare` gave.
+        path: file to write; .png is a picture, .html a page that needs no network.
+        overwrite: whether the file may be replaced.
+
+    Raises:
+        InputError: for another suffix, a file that exists unasked or that cannot be written.
+    """
+    raise TypeError(f"no figure of a {type(result).__name__}; machines, poses, stiffness maps and comparisons can be drawn")
+
+
+@figure.register
+def _(result: Machine, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw(result, path=path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: PoseReport, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    status = result.miss.reason if result.miss is not None else ""
+    draw(result.machine, result.frame, result.mode, path=path, status=status, overwrite=overwrite)
+
+
+@figure.register
+def _(result: StiffnessMap, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_map(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: Comparison, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_comparison(result, path, overwrite=overwrite)

@@ -1,0 +1,101 @@
+"""A quantity over a surface of check points, seen from above."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from trivet.errors import InputError
+from trivet.files import replacing
+from trivet.statics.objective import objective
+from trivet.study.stiffness_map import StiffnessMap
+
+SUFFIXES = (".png", ".html")
+EXCLUDED = "#B0B0B0"
+
+
+def check_suffix(path: str | os.PathLike[str]) -> str:
+    """The suffix of a figure's name; raises InputError for one that cannot be drawn."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise InputError(f"{path}: a figure ends in {' or '.join(SUFFIXES)}")
+    return suffix
+
+
+def scaled(result: StiffnessMap, quantity: str) -> tuple[Any, str]:
+    """Values (n,) in the unit of the figures, and that unit."""
+    rotational = objective(quantity).is_rotational
+    return result.diagonal(quantity) / (1.0 if rotational else 1e6), "N m/rad" if rotational else "N/µm"
+
+
+def draw_map(result: StiffnessMap, path: str | os.PathLike[str], quantities: tuple[str, ...] = ("K_xx", "K_yy", "K_zz"), *, overwrite: bool = False) -> None:
+    """Draw quantities over the check points, and the best roll (PNG or self-contained HTML)."""
+    suffix = check_suffix(path)
+    with replacing(path, overwrite=overwrite) as temporary:
+        (_picture if suffix == ".png" else _page)(result, quantities, temporary)
+
+
+def _title(result: StiffnessMap) -> str:
+    return f"{result.machine.name}, {result.surface.name}, mode {result.mode}: {int(result.used.sum())} of {len(result.surface)} points reached"
+
+
+def _panels(result: StiffnessMap, quantities: tuple[str, ...]) -> list[tuple[str, Any, str]]:
+    panels = [(q, *scaled(result, q)) for q in quantities]
+    # Machines of rotational symmetry repeat every 120 degrees; as an angle from -180 to 180 the roll reads alike either way.
+    return [*panels, (f"best roll for {result.objective.name}", np.degrees(result.best.roll), "deg")]
+
+
+def _picture(result: StiffnessMap, quantities: tuple[str, ...], path: Path) -> None:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    panels = _panels(result, quantities)
+    canvas = Figure(figsize=(4.2 * len(panels), 4.6), layout="constrained")
+    FigureCanvasAgg(canvas)
+    canvas.suptitle(_title(result))
+    for axes, (name, values, unit) in zip(np.ravel(canvas.subplots(1, len(panels))), panels, strict=True):
+        scatter_map(axes, result, values, f"{name}, {unit}")
+        axes.set_title(name)
+    canvas.savefig(path, format="png", dpi=120)
+
+
+def scatter_map(axes: Any, result: StiffnessMap, values: Any, label: str, limits: tuple[float, float] | None = None) -> None:
+    """One coloured map of values (n,) on matplotlib axes; points that are not reached are grey crosses."""
+    x, y = result.surface.position[:, 0] * 1e3, result.surface.position[:, 1] * 1e3
+    used = np.isfinite(values)
+    size = 9000 / max(len(values), 100)
+    low, high = limits if limits is not None else (None, None)
+    dots = axes.scatter(x[used], y[used], c=values[used], s=size, cmap="cividis", vmin=low, vmax=high, linewidths=0)
+    axes.scatter(x[~used], y[~used], c=EXCLUDED, s=size / 2, marker="x")
+    axes.set_aspect("equal")
+    axes.set_xlabel("x, mm")
+    axes.set_ylabel("y, mm")
+    axes.figure.colorbar(dots, ax=axes, shrink=0.75, label=label)
+
+
+def _page(result: StiffnessMap, quantities: tuple[str, ...], path: Path) -> None:
+    import plotly.graph_objects as go
+    from plotly.subplots import make_subplots
+
+    panels = _panels(result, quantities)
+    page = make_subplots(rows=1, cols=len(panels), subplot_titles=[f"{n}, {u}" for n, _, u in panels], horizontal_spacing=0.08)
+    x, y = result.surface.position[:, 0] * 1e3, result.surface.position[:, 1] * 1e3
+    for k, (name, values, unit) in enumerate(panels, 1):
+        bar = {"x": k / len(panels) - 0.02, "len": 0.8, "thickness": 10}
+        page.add_trace(
+            go.Scatter(
+                x=x, y=y, mode="markers", showlegend=False,
+                marker={"color": values, "colorscale": "Cividis", "colorbar": bar, "size": 9},
+                customdata=np.degrees(np.stack([result.surface.tilt, result.best.roll], axis=1)),
+                hovertemplate=f"x %{{x:.3g}} mm, y %{{y:.3g}} mm<br>tilt %{{customdata[0]:.4g}}°, roll %{{customdata[1]:.4g}}°<br>{name} %{{marker.color:.5g}} {unit}<extra></extra>",
+            ),
+            row=1, col=k,
+        )  # fmt: skip
+        page.update_yaxes(scaleanchor=f"x{k if k > 1 else ''}", row=1, col=k)
+        page.update_xaxes(title_text="x, mm", row=1, col=k)
+    page.update_yaxes(title_text="y, mm", row=1, col=1)
+    page.update_layout(title=_title(result), template="simple_white", height=480, width=420 * len(panels))
+    page.write_html(path, include_plotlyjs=True, full_html=True)

@@ -1,0 +1,73 @@
+"""Results of studies as labelled datasets, and as NetCDF files."""
+
+from __future__ import annotations
+
+import os
+from functools import singledispatch
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from trivet.kinematics.report import OK, STATUS_WORDS, joint_names
+from trivet.results.netcdf import COMPONENTS, labelled, write_groups, write_netcdf
+from trivet.study.comparison import Comparison
+from trivet.study.stiffness_map import StiffnessMap
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def map_dataset(result: StiffnessMap) -> xr.Dataset:
+    """A stiffness map as a dataset over its check points."""
+    status = np.full(len(result.surface), OK)
+    reason = [""] * len(result.surface)
+    for k, miss in result.excluded.items():
+        status[k], reason[k] = miss.status, miss.reason
+    coordinates = np.where(result.used[:, None], result.joints.coordinate, np.nan)
+    mixed = "N/m (force, translation), N/rad (force, rotation), N m/rad (moment, rotation)"
+    words = ", ".join(f"{i} {word}" for i, word in enumerate(STATUS_WORDS))
+    return labelled(
+        result.machine,
+        {
+            "position": (("point", "axis"), result.surface.position, "m", "platform centre in {O}"),
+            "azimuth": (("point",), result.surface.azimuth, "rad", "alpha of R = Rz(alpha) Ry(beta) Rz(gamma)"),
+            "tilt": (("point",), result.surface.tilt, "rad", "beta"),
+            "roll": (("point",), result.best.roll, "rad", "gamma, best roll; NaN where no roll reaches"),
+            "objective": (("point",), result.best.value, "N m/rad" if result.objective.is_rotational else "N/m", f"{result.objective.name}, maximised over the roll"),
+            "ties": (("point",), result.best.ties, "1", "number of rolls that are equally good"),
+            "at_limit": (("point",), result.best.at_limit.astype(np.int8), "1", "1 where a joint limit decides the roll"),
+            "stiffness": (("point", "row", "column"), result.matrix, mixed, "stiffness at the platform centre in {O}"),
+            "joint_coordinate": (("point", "joint"), coordinates, "m or rad", "joint coordinates at the best roll"),
+            "status": (("point",), status, "1", words),
+            "reason": (("point",), np.array(reason, dtype=object), "1", "why a point is not reached"),
+        },
+        {"axis": COMPONENTS[:3], "row": COMPONENTS, "column": COMPONENTS, "joint": joint_names(result.machine)},
+        mode=result.mode,
+        surface=result.surface.name,
+        objective_name=result.objective.name,
+    )
+
+
+@singledispatch
+def save(result: StiffnessMap | Comparison, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    """Write a result as labelled NetCDF with units and the machine file inside; a comparison has one group per machine.
+
+    Args:
+        result: what `stiffness_map` or `compare` gave.
+        path: file to write; it appears whole or not at all.
+        overwrite: whether the file may be replaced.
+
+    Raises:
+        InputError: when the file exists unasked or cannot be written.
+    """
+    raise TypeError(f"no NetCDF of a {type(result).__name__}; stiffness maps and comparisons can be saved")
+
+
+@save.register
+def _(result: StiffnessMap, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_netcdf(map_dataset(result), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: Comparison, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_groups({m.machine.name: map_dataset(m) for m in result.maps}, path, overwrite=overwrite)

@@ -1,0 +1,68 @@
+"""Choosing machines: names, files, variants, and the switches of the static model."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from typing import Literal
+
+from trivet.errors import InputError
+from trivet.model import Machine, load
+from trivet.model.quantity import Quantity
+
+MachineLike = Machine | str | os.PathLike[str]
+
+_ROTATIONAL = Quantity("rotational stiffness", "N m/rad", "N m/rad", positive=True)
+
+
+def choose(machine: MachineLike, settings: Mapping[str, str] | None = None) -> Machine:
+    """A machine as it is, by its name in the catalogue, or from a file.
+
+    A name may carry settings of its own, "azulay@link.length=200 mm,workpiece.height=118 mm"; the machine then goes by that
+    whole text in tables.
+    """
+    if isinstance(machine, Machine):
+        return machine
+    text = os.fspath(machine)
+    name, _, own = text.partition("@")
+    chosen = load(name, parse_settings(own.split(",") if own else []) | dict(settings or {}))
+    return chosen.renamed(text) if own else chosen
+
+
+def parse_settings(pairs: Iterable[str]) -> dict[str, str]:
+    """Settings written as "key=value"."""
+    settings = {}
+    for pair in pairs:
+        key, sign, value = (part.strip() for part in pair.partition("="))
+        if not sign or not key or not value:
+            raise InputError(f'setting "{pair}": expected KEY=VALUE, for example link.length="200 mm"')
+        settings[key] = value
+    return settings
+
+
+def switched(
+    machine: Machine,
+    spherical: str | None = None,
+    guide: Literal["translation", "rotation"] | None = None,
+    shear: bool | None = None,
+) -> Machine:
+    """A machine with switches of the static model thrown; None leaves what the machine file says.
+
+    Args:
+        machine: the machine.
+        spherical: "free", "clamped" or a rotational stiffness with its unit ("300 N m/rad").
+        guide: how carriages on circular guides give way.
+        shear: whether beams deflect in shear (Timoshenko) or not (Euler-Bernoulli).
+    """
+    if spherical in ("free", "clamped"):
+        machine = machine.with_spherical(spherical)  # type: ignore[arg-type]
+    elif spherical is not None:
+        try:
+            machine = machine.with_spherical(_ROTATIONAL.parse(spherical))
+        except ValueError as error:
+            raise InputError(f'spherical "{spherical}": expected free, clamped or a stiffness; {error}') from None
+    if guide is not None:
+        if guide not in ("translation", "rotation"):
+            raise InputError(f'guide "{guide}": expected translation or rotation')
+        machine = machine.with_guide(guide)
+    return machine if shear is None else machine.with_theory("timoshenko" if shear else "euler-bernoulli")

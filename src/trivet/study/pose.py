@@ -1,0 +1,162 @@
+"""Everything about one pose: joints, limits, stiffness, compliance budget, deflection under a load."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trivet.errors import NoResultError
+from trivet.kinematics.jacobian import actuator_names, inverse_jacobian
+from trivet.kinematics.mode import mode_text, parse_mode
+from trivet.kinematics.report import JointState, Shortfall, joint_elements, joint_names, joint_states, shortfall
+from trivet.model import Machine
+from trivet.model.elements import Prismatic
+from trivet.space.frame import Frame
+from trivet.space.pose import zyz_frame
+from trivet.statics.budget import Share, compliance, compliance_budget
+from trivet.statics.load import LoadResult, load_case
+from trivet.statics.objective import AXES, Objective, objective
+from trivet.statics.stiffness import stiffness
+from trivet.study.machines import MachineLike, choose
+
+_NONE = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class JointRow:
+    """One joint at a pose (m or rad)."""
+
+    name: str
+    unit: str
+    coordinate: float
+    limited: float
+    """What the travel limits: the coordinate, or the elevation of the next body."""
+    low: float
+    high: float
+    actuated: bool
+
+    @property
+    def inside(self) -> bool:
+        """Whether the joint is inside its travel."""
+        return self.low <= self.limited <= self.high
+
+
+@dataclass(frozen=True)
+class PoseReport:
+    """A machine at one pose; all in SI and {O}."""
+
+    machine: Machine
+    mode: str
+    position: tuple[float, float, float]
+    angles: tuple[float, float, float]
+    """alpha, beta, gamma (rad)."""
+    frame: Frame
+    state: JointState
+    miss: Shortfall | None
+    """Why the pose is not reached, or None."""
+
+    @property
+    def joints(self) -> list[JointRow]:
+        """All joints with their limits."""
+        rows = []
+        for k, (name, element) in enumerate(zip(joint_names(self.machine), joint_elements(self.machine), strict=True)):
+            numbers = (float(a[0, k]) for a in (self.state.coordinate, self.state.gauge, self.state.low, self.state.high))
+            rows.append(JointRow(name, "m" if isinstance(element, Prismatic) else "rad", *numbers, bool(getattr(element, "actuated", False))))
+        return rows
+
+    @property
+    def signs(self) -> Any:
+        """Signs of the working mode."""
+        return parse_mode(self.machine, self.mode)
+
+    @cached_property
+    def stiffness(self) -> NDArray[Any]:
+        """(6, 6) at the platform centre, forces first (N/m, N/rad, N m/rad)."""
+        batch = Frame(*(type(v)(*(np.asarray([c], dtype=float) for c in v)) for v in self.frame))
+        matrix: NDArray[Any] = stiffness(self.machine, batch, self.signs)[0][0]
+        return matrix
+
+    def stiffness_at(self, point: Sequence[float]) -> NDArray[Any]:
+        """(6, 6) at a point rigid to the platform, given in {E} (m)."""
+        arm = np.array(self.frame.direction((point[0], point[1], point[2])), dtype=float)
+        shift = np.eye(6)
+        # Twist of the centre from the twist at the point: v = v_point - omega x arm.
+        shift[:3, 3:] = [[0, -arm[2], arm[1]], [arm[2], 0, -arm[0]], [-arm[1], arm[0], 0]]
+        matrix: NDArray[Any] = shift.T @ self.stiffness @ shift
+        return matrix
+
+    @cached_property
+    def compliance(self) -> NDArray[Any]:
+        """(6, 6) inverse of the stiffness; raises NoResultError where it is singular."""
+        return compliance(self.machine, self.stiffness)
+
+    @cached_property
+    def inverse_jacobian(self) -> NDArray[Any]:
+        """(n_actuators, 6) Qdot = J^-1 V, actuators in the order of `actuators`."""
+        return np.asarray(inverse_jacobian(self.machine, self.frame, self.signs))
+
+    @property
+    def actuators(self) -> list[str]:
+        """Names of the actuated joints in the order of Q."""
+        return actuator_names(self.machine)
+
+    def diagonal(self, name: str) -> float:
+        """An element of the diagonal or a direction: "K_xx", "1/C_zz", "K(1,0,1)" (N/m, N m/rad)."""
+        wanted: Objective = objective(name)
+        along = np.array(wanted.direction)
+        return float(along @ self.stiffness @ along) if wanted.held else float(1 / (along @ self.compliance @ along))
+
+    def budget(self, direction: str | Sequence[float] = "z") -> list[Share]:
+        """Shares of links, joints and actuators in the deflection along a direction: x, y, z, rx, ry, rz or a wrench (6,)."""
+        wrench = np.eye(6)[AXES.index(direction)] if isinstance(direction, str) else np.asarray(direction, dtype=float)
+        return compliance_budget(self.machine, self.frame, self.signs, self.stiffness, wrench)
+
+    def load(self, force: Sequence[float] = _NONE, moment: Sequence[float] = _NONE, gravity: Sequence[float] = _NONE) -> LoadResult:
+        """Deflections, reactions and drive loads under force (N) and moment (N m) at the tool tip and gravity (m/s^2), in {O}."""
+        return load_case(self.machine, self.frame, self.signs, force, moment, gravity)
+
+
+def pose(
+    machine: MachineLike,
+    position: Sequence[float] | None = None,
+    azimuth: float | None = None,
+    tilt: float | None = None,
+    roll: float | None = None,
+    *,
+    mode: str | None = None,
+    strict: bool = True,
+) -> PoseReport:
+    """A machine at one pose.
+
+    Args:
+        machine: machine, name or file.
+        position: platform centre in {O}, m; the home position when not given.
+        azimuth, tilt, roll: alpha, beta, gamma of R = Rz(alpha) Ry(beta) Rz(gamma), rad; those of home when not given.
+        mode: working mode; the machine's own when not given.
+        strict: raise where the pose is not reached inside all travel, instead of reporting it; where a chain cannot close at
+            all the error is raised in any case.
+
+    Raises:
+        NoResultError: naming chain, joint, value and limit.
+    """
+    chosen = choose(machine)
+    home = chosen.home
+    place = tuple(float(v) for v in (home.position if position is None else position))
+    given = zip((azimuth, tilt, roll), (home.azimuth, home.tilt, home.roll), strict=True)
+    angles = tuple(float(default if value is None else value) for value, default in given)
+    if len(place) != 3 or not all(math.isfinite(v) for v in (*place, *angles)):
+        raise NoResultError("the pose needs three finite coordinates and three finite angles")
+    signs = parse_mode(chosen, mode)
+    frame = zyz_frame(place, *angles)
+    batch = Frame(*(type(v)(*(np.asarray([c], dtype=float) for c in v)) for v in frame))
+    state = JointState(*(np.asarray(a) for a in joint_states(chosen, batch, signs)))
+    miss = shortfall(chosen, state)
+    if miss is not None and (strict or miss.joint is None):
+        raise NoResultError(f"{chosen.name}: the pose is not reached: {miss.reason}")
+    return PoseReport(chosen, mode_text(chosen, signs), place, angles, frame, state, miss)  # type: ignore[arg-type]

@@ -1,0 +1,158 @@
+"""Stiffness over a surface of check points, each with its best roll."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trivet.errors import InputError, NoResultError
+from trivet.kinematics.mode import mode_text, parse_mode
+from trivet.kinematics.report import JointState, Shortfall, joint_states, shortfall, travel_excess
+from trivet.model import Machine
+from trivet.space.frame import Frame
+from trivet.space.pose import zyz_frame
+from trivet.space.surface import Surface, hemisphere
+from trivet.statics.best_roll import BestRoll, best_roll
+from trivet.statics.objective import Objective
+from trivet.statics.objective import objective as read_objective
+from trivet.statics.stiffness import stiffness
+
+_ROLLS_FOR_REASONS = 72
+
+
+@dataclass(frozen=True)
+class StiffnessMap:
+    """Stiffness of a machine over a surface; arrays over the n check points, NaN where no roll reaches."""
+
+    machine: Machine
+    mode: str
+    surface: Surface
+    objective: Objective
+    best: BestRoll
+    matrix: NDArray[Any]
+    """(n, 6, 6) at the platform centre in {O}, forces first (SI)."""
+
+    @property
+    def used(self) -> NDArray[Any]:
+        """(n,) points which some roll reaches."""
+        return np.isfinite(self.best.roll)
+
+    def diagonal(self, name: str) -> NDArray[Any]:
+        """(n,) an element of the diagonal, "K_xx" or "1/C_xx" (N/m; N m/rad for rotations)."""
+        wanted = read_objective(name)
+        axis = wanted.direction.index(1.0)
+        if wanted.held:
+            return self.matrix[:, axis, axis]
+        return 1 / self.compliance[:, axis, axis]
+
+    @cached_property
+    def compliance(self) -> NDArray[Any]:
+        """(n, 6, 6) inverse of the stiffness; infinite where the stiffness is singular."""
+        result = np.full_like(self.matrix, np.nan)
+        for k in np.flatnonzero(self.used):
+            try:
+                result[k] = np.linalg.inv(self.matrix[k])
+            except np.linalg.LinAlgError:
+                result[k] = np.inf
+        return result
+
+    @cached_property
+    def poses(self) -> Frame:
+        """Platform frames at the best rolls (zero roll where none reaches)."""
+        roll = np.where(self.used, self.best.roll, 0.0)
+        return zyz_frame(self.surface.position, self.surface.azimuth, self.surface.tilt, roll)
+
+    @cached_property
+    def joints(self) -> JointState:
+        """Joint states at the best rolls, arrays (n, joints)."""
+        return JointState(*(np.asarray(a) for a in joint_states(self.machine, self.poses, parse_mode(self.machine, self.mode))))
+
+    @cached_property
+    def excluded(self) -> dict[int, Shortfall]:
+        """Why points are not reached: index of the point, and what is missing at the roll that comes nearest."""
+        missing = np.flatnonzero(~self.used)
+        signs = parse_mode(self.machine, self.mode)
+        rolls = 2 * math.pi / _ROLLS_FOR_REASONS * np.arange(_ROLLS_FOR_REASONS)
+        reasons: dict[int, Shortfall] = {}
+        for k in missing:
+            frames = zyz_frame(self.surface.position[[k]], self.surface.azimuth[k], self.surface.tilt[k], rolls)
+            frames = Frame(*(type(v)(*(np.broadcast_to(c, rolls.shape) for c in v)) for v in frames))
+            state = JointState(*(np.asarray(a) for a in joint_states(self.machine, frames, signs)))
+            reasons[int(k)] = _nearest_miss(self.machine, state)
+        return reasons
+
+    def exclusions(self) -> dict[str, int]:
+        """Counts of excluded points by what excludes them: "slide outside travel", "unreachable"."""
+        words = (f"{s.joint} outside travel" if s.joint else "a chain cannot close" for s in self.excluded.values())
+        return dict(Counter(words).most_common())
+
+
+def _nearest_miss(machine: Machine, state: JointState) -> Shortfall:
+    """Shortfall at the roll which comes nearest to reaching; a chain that cannot close counts as farther than any travel."""
+    excess = travel_excess(state).max(axis=1)
+    closes = np.all(state.reach >= 0, axis=1)
+    reach = np.nan_to_num(np.min(state.reach, axis=1), nan=-np.inf)
+    order = np.lexsort((-reach, np.nan_to_num(excess, nan=np.inf), ~closes)) if closes.any() else np.argsort(-reach)
+    found = shortfall(machine, state, int(order[0]))
+    assert found is not None, "the roll grid reached the point after all"
+    return found
+
+
+def surface_of(machine: Machine, steps: int = 10, radius: float | None = None, height: float | None = None) -> Surface:
+    """The machine's own workpiece hemisphere, or one given by radius and height of its centre (m).
+
+    Raises:
+        InputError: when the machine file has no workpiece and either number is missing.
+    """
+    piece = machine.workpiece
+    if piece is None and (radius is None or height is None):
+        raise InputError(f"{machine.name}: has no [workpiece]; give the radius and the height of the hemisphere")
+    chosen_radius = radius if radius is not None else float(piece.radius)  # type: ignore[union-attr]
+    chosen_height = height if height is not None else float(piece.height)  # type: ignore[union-attr]
+    return hemisphere(chosen_height, chosen_radius, steps)
+
+
+def stiffness_map(
+    machine: Machine,
+    surface: Surface | None = None,
+    *,
+    objective: str = "K_xx",
+    mode: str | None = None,
+    rolls: int = 360,
+    progress: Callable[[int], None] = lambda points: None,
+) -> StiffnessMap:
+    """Stiffness over a surface with the best roll at every point (paper section 3.3.1).
+
+    Args:
+        machine: the machine.
+        surface: check points; the machine's own workpiece with the paper's 317 points when not given.
+        objective: what the roll maximises ("K_xx", "1/C_zz", "K(1,0,1)", …).
+        mode: working mode; the machine's own when not given.
+        rolls: rolls of the first grid.
+        progress: called with the number of points done.
+
+    Raises:
+        NoResultError: when no point of the surface is reached; says what is in the way.
+    """
+    surface = surface if surface is not None else surface_of(machine)
+    scalar = read_objective(objective)
+    signs = parse_mode(machine, mode)
+    best = best_roll(machine, surface, signs, scalar, rolls, progress)
+    used = np.isfinite(best.roll)
+    matrix = np.full((len(surface), 6, 6), np.nan)
+    if used.any():
+        poses = zyz_frame(surface.position[used], surface.azimuth[used], surface.tilt[used], best.roll[used])
+        matrix[used] = stiffness(machine, poses, signs)[0]
+    result = StiffnessMap(machine, mode_text(machine, signs), surface, scalar, best, matrix)
+    if not used.any():
+        first = next(iter(result.excluded.values()))
+        raise NoResultError(f"{machine.name}: no point of the {surface.name} is reached in mode {result.mode}; {first.reason}")
+    return result
+
