@@ -26,7 +26,7 @@ from trivet.model.elements.beam import beam_axes
 from trivet.space.frame import Frame
 from trivet.space.screw import Twist
 from trivet.space.vector import Vec
-from trivet.statics.beam_element import BeamElement, in_outer_axes, local_stiffness
+from trivet.statics.beam_element import BeamElement, local_stiffness
 
 GROUND, PLATFORM = 0, 1
 """Numbers of the node fixed to the ground, at the origin of {O}, and of the platform's, at the platform centre."""
@@ -220,7 +220,7 @@ def _add_beam(build: _Builder, name: str, first: int, frame: Frame, reach: tuple
     x, y, _ = (build.array(v) for v in beam_axes(frame, axis))
     x = x * np.sign(length)[..., None]
     axes = np.stack([x, y, np.cross(x, y)], axis=-1)
-    stiffness = in_outer_axes(local_stiffness(span, profile, build.stock), axes)
+    stiffness = local_stiffness(span, profile, build.stock)
     material = build.stock.materials[profile.material]
     area = build.stock.sections[profile.section].properties(material.poisson_ratio).area
     build.beams.append(BeamElement(name, first, second, axes, span, stiffness, float(material.density * area)))

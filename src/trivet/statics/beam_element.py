@@ -31,7 +31,7 @@ class BeamElement:
     length: np.ndarray
     """(...): distance of its nodes, above zero, m."""
     stiffness: np.ndarray
-    """(..., 12, 12): K^i of Eq 36 in {O}."""
+    """(..., 12, 12): K^i of Eq 36, in its local axes."""
     line_mass: float
     """Mass per length, kg/m."""
 
@@ -75,8 +75,9 @@ def _bending(length: np.ndarray, flexural: float, phi: np.ndarray, sign: float) 
     return pattern * rate[..., None, None]
 
 
-def in_outer_axes(local: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    """A local 12 x 12 matrix written in the axes in which the columns of `axes` (..., 3, 3) are given."""
+def global_stiffness(beam: BeamElement) -> np.ndarray:
+    """K^i of Eq 36, (..., 12, 12), in {O}."""
+    local, axes = beam.stiffness, beam.axes
     blocks = local.reshape(*local.shape[:-2], 4, 3, 4, 3)
     turned: np.ndarray = np.einsum("...ip,...apbq,...jq->...aibj", axes, blocks, axes)
     return turned.reshape(local.shape)

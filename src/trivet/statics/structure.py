@@ -20,6 +20,7 @@ from trivet.errors import NoResultError
 from trivet.model import Machine
 from trivet.space.frame import Frame
 from trivet.statics.assembly import GROUND, PLATFORM, Connection, Structure, assemble
+from trivet.statics.beam_element import global_stiffness
 
 __all__ = [
     "GROUND", "PLATFORM", "Connection", "Solution", "Structure",
@@ -68,7 +69,7 @@ def k_t(structure: Structure) -> np.ndarray:
     matrix = np.zeros((*batch, 6 * n + len(rates), 6 * n + len(rates)))
     for beam in structure.beams:
         dofs = np.concatenate([np.arange(6) + 6 * beam.first, np.arange(6) + 6 * beam.second])
-        matrix[..., dofs[:, None], dofs] += beam.stiffness
+        matrix[..., dofs[:, None], dofs] += global_stiffness(beam)
     eta = np.arange(6 * n, 6 * n + len(rates))
     matrix[..., eta, eta] = rates
     return matrix
@@ -114,15 +115,17 @@ def solve(structure: Structure, loads: np.ndarray, platform_twists: np.ndarray |
         right[..., -6:, :] = platform_twists
     matrix = np.zeros((*batch, size + rows, size + rows))
     matrix[..., :size, :size] = _relative_stiffness(structure)
-    arms = _beam_arms(structure)
-    for near, far, arm in reversed(arms):  # A_K H and H^T f
+    relations = _relations(structure)
+    for near, far, arm, turn in reversed(relations):  # A_K H and H^T f
         ties[..., near] += ties[..., far] @ arm
-        right[..., near, :] += np.swapaxes(arm, -1, -2) @ right[..., far, :]
+        ties[..., far] = ties[..., far] @ turn
+        right[..., near, :] += _transposed(arm) @ right[..., far, :]
+        right[..., far, :] = _transposed(turn) @ right[..., far, :]
     matrix[..., size:, :size] = ties
-    matrix[..., :size, size:] = np.swapaxes(ties, -1, -2)
+    matrix[..., :size, size:] = _transposed(ties)
     found = _solve_scaled(matrix, right, _units(structure), structure.scale)
-    for near, far, arm in arms:  # x = H y
-        found[..., far, :] += arm @ found[..., near, :]
+    for near, far, arm, turn in relations:  # x = H y
+        found[..., far, :] = turn @ found[..., far, :] + arm @ found[..., near, :]
     nodes = found[..., : 6 * n, :].reshape(*batch, n, 6, columns)
     wrenches = found[..., size:, :].reshape(*batch, rows // 6, 6, columns)
     count = len(structure.connections)
@@ -131,7 +134,7 @@ def solve(structure: Structure, loads: np.ndarray, platform_twists: np.ndarray |
 
 
 def _relative_stiffness(structure: Structure) -> np.ndarray:
-    """H^T K_T H, where x = H y measures the far node of every beam from where its near node would carry it.
+    """H^T K_T H, where x = H y measures the far node of every beam from where its near node would carry it, in the beam's axes.
 
     A beam resists no rigid motion, so of every 12 x 12 element just the 6 x 6 block of its far node is left.  In the nodes' own
     displacements the large stiffness of a short beam (as L^-3) would drown the rest in rounding; here it stands alone.
@@ -145,10 +148,19 @@ def _relative_stiffness(structure: Structure) -> np.ndarray:
     return matrix
 
 
-def _beam_arms(structure: Structure) -> list[tuple[slice, slice, np.ndarray]]:
-    """Per beam the dofs of its near and of its far node, and the rigid motion from the one to the other."""
-    nodes = structure.nodes
-    return [(_dofs(b.first), _dofs(b.second), carry(nodes[..., b.second, :] - nodes[..., b.first, :])) for b in structure.beams]
+def _relations(structure: Structure) -> list[tuple[slice, slice, np.ndarray, np.ndarray]]:
+    """H by its blocks: per beam the dofs of its near and far node, and far = arm @ near + turn @ y_far."""
+    found = []
+    for beam in structure.beams:
+        turn = np.zeros((*beam.axes.shape[:-2], 6, 6))
+        turn[..., :3, :3] = turn[..., 3:, 3:] = beam.axes
+        arm = carry(structure.nodes[..., beam.second, :] - structure.nodes[..., beam.first, :])
+        found.append((_dofs(beam.first), _dofs(beam.second), arm, turn))
+    return found
+
+
+def _transposed(matrix: np.ndarray) -> np.ndarray:
+    return np.swapaxes(matrix, -1, -2)
 
 
 def _units(structure: Structure) -> np.ndarray:
@@ -159,10 +171,11 @@ def _units(structure: Structure) -> np.ndarray:
 
 
 def _solve_scaled(matrix: np.ndarray, right: np.ndarray, units: np.ndarray, scale: float) -> np.ndarray:
-    """Solve the equations, made free of units: displacements by `units`, stiffnesses by their geometric mean."""
+    """Solve the equations, made free of units: displacements by `units`, stiffnesses by their median."""
     size = len(units)
     diagonal = np.diagonal(matrix, axis1=-2, axis2=-1)[..., :size] * units**2
-    rate = float(np.exp(np.mean(np.log(diagonal[diagonal > 0])))) if np.any(diagonal > 0) else 1.0
+    # The median: a mean, even a geometric one, would follow the stiffness of a very short beam.
+    rate = float(np.median(diagonal[diagonal > 0])) if np.any(diagonal > 0) else 1.0
     # The rows of A_K come in sixes; a multiplier is a force or a moment.
     forces = np.tile(np.r_[np.full(3, rate / scale), np.full(3, rate)], (matrix.shape[-1] - size) // 6)
     by = np.concatenate([units, forces])[:, None]
