@@ -9,7 +9,8 @@ from typing import NamedTuple
 from trivet.show.shapes import Role, Shape
 
 # Okabe and Ito, "Color universal design" (2008), and greys.
-BLUE, SKY, GREEN, ORANGE, VERMILLION, PURPLE, BLACK = "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7", "#000000"
+BLUE, SKY, GREEN, PURPLE = "#0072B2", "#56B4E9", "#009E73", "#CC79A7"
+ORANGE, VERMILLION, BLACK = "#E69F00", "#D55E00", "#000000"
 
 COLOURS: dict[Role, str] = {
     "link": BLUE,

@@ -15,6 +15,9 @@ from trivet.show.shapes import Array
 WIDTH, HEIGHT = 1200, 900
 """Pixels."""
 
+_PATCH = {"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none"}
+"""What words stand on."""
+
 _LIGHT = np.array((0.35, -0.45, 0.82)) / np.linalg.norm((0.35, -0.45, 0.82))
 _VIEW = {"elev": 24, "azim": -58}
 _ROOM = (0.70, 0.74)
@@ -66,10 +69,9 @@ def _set_view(figure: Any, axes: Any, painted: list[Painted]) -> None:
 
 def _on_page(axes: Any, points: Array) -> Array:
     """Points (n, 3) in m on the page: x and y in pixels from the lower left corner, depth away from the eye."""
-    from mpl_toolkits.mplot3d.proj3d import proj_transform
-
-    x, y, depth = proj_transform(*(1e3 * points.T), axes.get_proj())
-    return np.column_stack([axes.transData.transform(np.column_stack([x, y])), depth])
+    seen = np.column_stack([1e3 * points, np.ones(len(points))]) @ axes.get_proj().T
+    seen = seen[:, :3] / seen[:, 3:]
+    return np.column_stack([axes.transData.transform(seen[:, :2]), seen[:, 2]])
 
 
 def _facets(axes: Any, item: Painted) -> Facets:
@@ -88,12 +90,11 @@ def _facets(axes: Any, item: Painted) -> Facets:
 def _name_frames(figure: Any, axes: Any, labels: tuple[Label, ...]) -> None:
     for label in labels:
         x, y, _ = _on_page(axes, label.point[None])[0]
-        is_frame, is_chain = label.text.startswith("{"), label.text[:1] not in "{xyz"
-        down, left = (24 if is_chain else 13 if is_frame else 0), (16 if is_frame else 0)
-        figure.text(
-            (x - left) / WIDTH, (y - down) / HEIGHT, label.text, fontsize=11, fontweight="bold" if is_frame else "normal",
-            ha="center", va="center", zorder=6, bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.6},
-        )  # fmt: skip
+        is_frame = label.text.startswith("{")
+        down, left = (13, 16) if is_frame else (0, 0)  # clear of the arrows
+        weight = "bold" if is_frame else "normal"
+        word = figure.text((x - left) / WIDTH, (y - down) / HEIGHT, label.text, fontsize=11, fontweight=weight, zorder=6)
+        word.set(ha="center", va="center", bbox=_PATCH | {"alpha": 0.6})
 
 
 def _name_joints(figure: Any, axes: Any, labels: tuple[Label, ...], marked: set[str]) -> None:
@@ -105,11 +106,9 @@ def _name_joints(figure: Any, axes: Any, labels: tuple[Label, ...], marked: set[
     for row, name in enumerate(names):
         y = max(min(y - step, places[name][1] + 60), lowest + (len(names) - 1 - row) * step)
         colour = MARKED if name in marked else "black"
-        figure.text(
-            0.985, y / HEIGHT, name, fontsize=12, color=colour, zorder=8, ha="right", va="center",
-            fontweight="bold" if name in marked else "normal",
-            bbox={"boxstyle": "square,pad=0.15", "facecolor": "white", "edgecolor": "none"},
-        )  # fmt: skip
+        weight = "bold" if name in marked else "normal"
+        word = figure.text(0.985, y / HEIGHT, name, fontsize=12, fontweight=weight, color=colour, zorder=8)
+        word.set(ha="right", va="center", bbox=_PATCH)
         _draw_leader(figure, (WIDTH - 130, y), places[name], colour)
 
 

@@ -75,7 +75,7 @@ def scene(machine: Machine, pose: Frame | None = None, mode: str | None = None) 
         found += _joints(leg, steps, unit)
         if leg.rotation == 0:
             joints += [Label(name, (shape.start + shape.end) / 2) for name, shape in markers.items()]
-        frames.append(Label(leg.name, _foot(leg, steps)))
+        frames.append(Label(leg.name, _foot(steps, unit)))
     found += _platform(machine, pose, unit)
     size = 0.5 * max(float(np.ptp(np.concatenate([s.rings.reshape(-1, 3) for s in found]), axis=0).max()), 1e-3)
     for name, frame, reach in (("O", IDENTITY, 0.3 * size), ("E", pose, 0.22 * size)):
@@ -131,9 +131,11 @@ def _role(joint: Element) -> Role:
     return "actuated joint" if getattr(joint, "actuated", False) else "passive joint"
 
 
-def _foot(leg: Leg, steps: list[Step]) -> Array:
-    element, frame, coordinate = steps[0]
-    return _point(_beyond(element, frame, coordinate))
+def _foot(steps: list[Step], unit: float) -> Array:
+    """Where the name of a chain stands: beside its first joint, away from the middle of the machine."""
+    centre = _point(_beyond(*steps[0]))
+    outwards = centre[:2] / max(float(np.hypot(*centre[:2])), 1e-9)
+    return centre + 3 * unit * np.array((*outwards, 0.0))
 
 
 def _barrel(element: Element) -> float:
