@@ -46,3 +46,16 @@ def replacing(path: str | os.PathLike[str], *, overwrite: bool = False) -> Itera
     finally:
         if created:
             temporary.unlink(missing_ok=True)
+
+
+def check_writable(path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    """Raise InputError, before any long work, when `replacing` would refuse the path; leaves nothing behind."""
+    try:
+        with replacing(path, overwrite=overwrite):
+            raise _Enough
+    except _Enough:
+        pass
+
+
+class _Enough(Exception):
+    """The file could be written."""

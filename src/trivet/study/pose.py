@@ -20,7 +20,7 @@ from trivet.model.elements import Prismatic
 from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
 from trivet.statics.budget import Share, compliance, compliance_budget
-from trivet.statics.load import LoadResult, load_case
+from trivet.statics.load import LoadResult, load_case, masses
 from trivet.statics.objective import AXES, Objective, objective
 from trivet.statics.stiffness import stiffness
 from trivet.study.machines import MachineLike, choose
@@ -116,6 +116,11 @@ class PoseReport:
         """Shares of links, joints and actuators in the deflection along a direction: x, y, z, rx, ry, rz or a wrench (6,)."""
         wrench = np.eye(6)[AXES.index(direction)] if isinstance(direction, str) else np.asarray(direction, dtype=float)
         return compliance_budget(self.machine, self.frame, self.signs, self.stiffness, wrench)
+
+    @property
+    def masses(self) -> dict[str, float]:
+        """Masses of links, joints and platform at this pose (kg), by "leg-1.link" and "platform"."""
+        return masses(self.machine, self.frame, self.signs)
 
     def load(self, force: Sequence[float] = _NONE, moment: Sequence[float] = _NONE, gravity: Sequence[float] = _NONE) -> LoadResult:
         """Deflections, reactions and drive loads under force (N) and moment (N m) at the tool tip and gravity (m/s^2), in {O}."""

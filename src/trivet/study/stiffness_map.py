@@ -44,6 +44,11 @@ class StiffnessMap:
         """(n,) points which some roll reaches."""
         return np.isfinite(self.best.roll)
 
+    @property
+    def ties_beyond_symmetry(self) -> NDArray[Any]:
+        """(n,) points at which more rolls are equally good than the machine's own rotational symmetry explains."""
+        return self.best.ties > roll_symmetry(self.machine)
+
     def diagonal(self, name: str) -> NDArray[Any]:
         """(n,) an element of the diagonal, "K_xx" or "1/C_xx" (N/m; N m/rad for rotations)."""
         wanted = read_objective(name)
@@ -92,6 +97,17 @@ class StiffnessMap:
         """Counts of excluded points by what excludes them: "slide outside travel", "unreachable"."""
         words = (f"{s.joint} outside travel" if s.joint else "a chain cannot close" for s in self.excluded.values())
         return dict(Counter(words).most_common())
+
+
+def roll_symmetry(machine: Machine) -> int:
+    """Number of rolls in a full turn at which the machine is the same but for the names of its chains.
+
+    Copies of one chain on a circular guide change places when the platform rolls from one to the next; a chain with a base
+    stays where it is, and so does a mode that differs from chain to chain.
+    """
+    if any(chain.base is not None for chain in machine.chains.values()):
+        return 1
+    return math.gcd(*(chain.copies for chain in machine.chains.values()))
 
 
 def _nearest_miss(machine: Machine, state: JointState) -> Shortfall:

@@ -1,0 +1,171 @@
+"""Results as JSON: SI throughout, the unit at the end of every key that has one, null where there is no number."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from trivet.model import Machine
+    from trivet.study.comparison import Comparison
+    from trivet.study.pose import PoseReport
+    from trivet.study.stiffness_map import StiffnessMap
+
+AXES = ("x", "y", "z", "rx", "ry", "rz")
+
+
+def finite(value: Any) -> Any:
+    """Numbers and arrays as JSON can hold them: NaN and infinities become null."""
+    if isinstance(value, np.ndarray):
+        return [finite(v) for v in value.tolist()]
+    if isinstance(value, (list, tuple)):
+        return [finite(v) for v in value]
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else None
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def diagonal_key(name: str) -> str:
+    """ "K_xx" as "K_xx_N_per_m", a rotational one as "K_rx_N_m_per_rad"."""
+    return f"{name}_{'N_m_per_rad' if '_r' in name else 'N_per_m'}"
+
+
+def card(machine: Machine) -> dict[str, Any]:
+    """A machine in short."""
+    return {
+        "name": machine.name,
+        "title": machine.about.title,
+        "description": machine.about.description,
+        "source": machine.about.source,
+        "chains": {
+            name: {"copies": chain.copies, "elements": [{"name": e.name, "type": e.type, "actuated": bool(getattr(e, "actuated", False))} for e in chain.elements]}  # type: ignore[attr-defined]
+            for name, chain in sorted(machine.chains.items())
+        },
+        "notes": [{"path": n.path, "status": n.status, "source": n.source} for n in machine.about.notes],
+    }
+
+
+def machine_json(machine: Machine) -> dict[str, Any]:
+    """A machine with every dimension by its key path, in SI."""
+    from trivet.model import dimensions
+
+    return card(machine) | {"dimensions_SI": {k: finite(float(v)) for k, v in dimensions(machine).items()}}
+
+
+def pose_json(report: PoseReport, load: Any = None) -> dict[str, Any]:
+    """Everything about one pose."""
+    names = [f"K_{a}{a}" if len(a) == 1 else f"K_{a}" for a in AXES]
+    free = [n.replace("K", "1/C") for n in names]
+    result: dict[str, Any] = {
+        "machine": report.machine.name,
+        "mode": report.mode,
+        "position_m": list(report.position),
+        "angles_alpha_beta_gamma_rad": list(report.angles),
+        "reached": report.miss is None,
+        "reason": report.miss.reason if report.miss else None,
+        "joints": [
+            {
+                "name": j.name,
+                f"coordinate_{j.unit}": finite(j.coordinate),
+                f"limited_{j.unit}": finite(j.limited),
+                f"low_{j.unit}": finite(j.low),
+                f"high_{j.unit}": finite(j.high),
+                "inside": j.inside,
+                "actuated": j.actuated,
+            }
+            for j in report.joints
+        ],
+        "stiffness_SI": finite(report.stiffness),
+        "stiffness_axes": list(AXES),
+        "actuators": report.actuators,
+        "inverse_jacobian_SI": finite(report.inverse_jacobian),
+        "diagonal": {diagonal_key(n): finite(report.diagonal(n)) for n in names + free},
+        "compliance_budget": {
+            a: [{"chain": s.chain, "element": s.element, "type": s.kind, "share": float(s.share)} for s in report.budget(a)]
+            for a in AXES[:3]
+        },
+        "masses_kg": {k: finite(float(v)) for k, v in report.masses.items()},
+    }
+    if load is not None:
+        result["load"] = {
+            "tool_tip_m_rad": finite(load.tool_tip),
+            "platform_centre_m_rad": finite(load.platform_centre),
+            "reactions_N_Nm": {k: finite(v) for k, v in load.reactions.items()},
+            "drives": {k: {f"load_{d.unit.replace(' ', '_')}": finite(d.load)} for k, d in load.drives.items()},
+        }
+    return result
+
+
+def statistics_json(result: StiffnessMap) -> dict[str, Any]:
+    """Moments of the stiffness over the points which are reached."""
+    from trivet.study.comparison import FREE, HELD
+    from trivet.study.statistics import moments
+
+    found = {}
+    for quantity in (*HELD, *FREE):
+        m = moments(result.diagonal(quantity)[result.used])
+        found[quantity] = {
+            "mean_N_per_m": finite(m.mean), "variance_N2_per_m2": finite(m.variance),
+            "least_N_per_m": finite(m.least), "greatest_N_per_m": finite(m.greatest),
+        }  # fmt: skip
+    return {
+        "machine": result.machine.name,
+        "mode": result.mode,
+        "surface": result.surface.name,
+        "objective": result.objective.name,
+        "points": len(result.surface),
+        "used": int(result.used.sum()),
+        "excluded": result.exclusions(),
+        "points_where_a_limit_decides": int(result.best.at_limit.sum()),
+        "points_with_ties_beyond_symmetry": int(result.ties_beyond_symmetry.sum()),
+        "statistics": found,
+    }
+
+
+def map_json(result: StiffnessMap) -> dict[str, Any]:
+    """A stiffness map, point by point."""
+    points = {
+        "position_m": finite(result.surface.position),
+        "azimuth_rad": finite(result.surface.azimuth),
+        "tilt_rad": finite(result.surface.tilt),
+        "roll_rad": finite(result.best.roll),
+        "ties": finite(result.best.ties),
+        "at_limit": finite(result.best.at_limit),
+    }
+    points |= {diagonal_key(q): finite(result.diagonal(q)) for q in ("K_xx", "K_yy", "K_zz", "1/C_xx", "1/C_yy", "1/C_zz")}
+    reasons = {str(k): miss.reason for k, miss in result.excluded.items()}
+    return statistics_json(result) | {"by_point": points, "excluded_because": reasons}
+
+
+def comparison_json(result: Comparison) -> dict[str, Any]:
+    """A comparison."""
+    from trivet.study.comparison import CAVEATS
+
+    return {
+        "machines": [statistics_json(m) for m in result.maps],
+        "published": [
+            {
+                "machine": d.machine, "source": d.source, "quantity": d.quantity, "published_mean_N_per_m": d.published,
+                "mean_N_per_m": d.ours, "relative_deviation": d.relative, "published_variance_N2_per_m2": d.published_variance,
+                "variance_N2_per_m2": d.our_variance,
+            }
+            for d in result.deviations
+        ],
+        "tests": [
+            {
+                "first": t.first, "second": t.second, "quantity": t.quantity, "difference_N_per_m": finite(t.difference),
+                "t": finite(t.t), "degrees_of_freedom": finite(t.freedom), "p": finite(t.p), "p_holm": finite(t.p_holm), "hedges_g": finite(t.effect),
+            }
+            for t in result.tests
+        ],
+        "convergence": [
+            {
+                "machine": c.machine, "quantity": c.quantity, "points": c.points, "mean_N_per_m": c.mean,
+                "finer_points": c.finer_points, "finer_mean_N_per_m": c.finer_mean, "relative_change": c.relative,
+            }
+            for c in result.convergence
+        ],
+        "caveats": list(CAVEATS),
+    }  # fmt: skip

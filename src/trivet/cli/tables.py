@@ -1,0 +1,211 @@
+"""Results as tables for people; units as designers use them, each written at its column."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+if TYPE_CHECKING:
+    from trivet.model import Machine
+    from trivet.study.comparison import Comparison
+    from trivet.study.pose import PoseReport
+    from trivet.study.stiffness_map import StiffnessMap
+
+AXES = ("x", "y", "z", "rx", "ry", "rz")
+
+
+def _console() -> Console:
+    # A pipe gets whole lines, not a terminal's width of them.
+    console = Console(highlight=False, soft_wrap=False)
+    return console if console.is_terminal else Console(highlight=False, width=160)
+
+
+def _table(title: str, *columns: str, left: int = 1) -> Table:
+    table = Table(title=title, title_justify="left", title_style="bold", header_style="", box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for k, column in enumerate(columns):
+        table.add_column(column, justify="left" if k < left else "right", no_wrap=k < left)
+    return table
+
+
+def _print(*parts: Any) -> None:
+    console = _console()
+    for part in parts:
+        console.print(part if not isinstance(part, str) else Text(part))
+        console.print()
+
+
+def signed_percent(fraction: float) -> str:
+    """A relative deviation for a table."""
+    return f"{100 * fraction:+.1f} %"
+
+
+def print_catalogue(machines: list[Machine]) -> None:
+    """The catalogue, one line each."""
+    table = _table("Machines of the catalogue", "name", "what it is", "chains", left=3)
+    for machine in machines:
+        chains = ", ".join(f"{c.copies} × {topology(c)}" for _, c in sorted(machine.chains.items()))
+        table.add_row(machine.name, machine.about.title, chains)
+    _print(table)
+
+
+def topology(chain: Any) -> str:
+    """The joints of a chain by their letters, the actuated ones in brackets: "[P][P]RS"."""
+    letters = {"curvilinear": "P", "prismatic": "P", "revolute": "R", "spherical": "S", "universal": "U"}
+    joints = [(letters[e.type], getattr(e, "actuated", False)) for e in chain.elements if e.type in letters]
+    return "".join(f"[{letter}]" if driven else letter for letter, driven in joints)
+
+
+def print_machine(machine: Machine) -> None:
+    """A machine: chains, dimensions, sources."""
+    from trivet.model import document_of
+
+    about = machine.about
+    _print("\n".join(line for line in (f"{machine.name}: {about.title}", about.description, f"Source: {about.source}" if about.source else "") if line))
+    document = document_of(machine)
+    for name, chain in sorted(machine.chains.items()):
+        table = _table(f"chain {name}, {chain.copies} ×, {topology(chain)} (actuated joints in brackets)", "element", "type", "data", left=3)
+        for row in document["chains"][name]["elements"]:
+            data = ", ".join(f"{k} {_plain(v)}" for k, v in row.items() if k not in ("name", "type") and v is not False)
+            table.add_row(row["name"], row["type"], data)
+        _print(table)
+    rest = _table("the rest", "key", "value", left=2)
+    for key in ("platform", "home", "workpiece", "sections", "materials", "theory"):
+        for path, value in _flat(document.get(key, {}), key):
+            rest.add_row(path, _plain(value))
+    for name, chain in sorted(document["chains"].items()):
+        for key in ("platform_joint", "base"):
+            for path, value in _flat(chain.get(key, {}), f"{name}.{key}"):
+                rest.add_row(path, _plain(value))
+    _print(rest)
+    noted = [n for n in about.notes if n.status != "given"]
+    if noted:
+        table = _table("numbers that are not given by the source", "key", "status", "why", left=3)
+        for note in noted:
+            table.add_row(note.path, note.status, note.source)
+        _print(table)
+
+
+def _flat(node: Any, path: str) -> list[tuple[str, Any]]:
+    if isinstance(node, dict) and "value" not in node:
+        return [pair for key, value in node.items() for pair in _flat(value, f"{path}.{key}")]
+    return [(path, node)]
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, dict):
+        return _plain(value["value"]) if "value" in value else ", ".join(f"{k} {_plain(v)}" for k, v in value.items())
+    if isinstance(value, list):
+        return " … ".join(map(_plain, value)) if len(value) == 2 else ", ".join(map(_plain, value))
+    return "yes" if value is True else str(value)
+
+
+def print_pose(report: PoseReport, load: Any = None) -> None:
+    """Everything about one pose."""
+    x, y, z = (f"{v * 1e3:g}" for v in report.position)
+    alpha, beta, gamma = (f"{math.degrees(v):.6g}" for v in report.angles)
+    _print(
+        f"{report.machine.name}, mode {report.mode}, centre ({x}, {y}, {z}) mm, alpha {alpha}°, beta {beta}°, gamma {gamma}°\n"
+        + ("reached, all joints inside their travel" if report.miss is None else f"NOT inside travel: {report.miss.reason}")
+    )
+    joints = _table("joints", "joint", "coordinate", "limited", "from", "to", "")
+    for j in report.joints:
+        unit, scale = ("mm", 1e3) if j.unit == "m" else ("°", math.degrees(1))
+        limits = [f"{v * scale:.4g} {unit}" if math.isfinite(v) else "" for v in (j.low, j.high)]
+        limited = f"{j.limited * scale:.4f} {unit}" if limits[0] else ""
+        words = " ".join(w for w in ("actuated" if j.actuated else "", "" if j.inside else "OUTSIDE") if w)
+        joints.add_row(j.name, f"{j.coordinate * scale:.4f} {unit}", limited, *limits, words)
+    _print(joints)
+    stiffness = _table("stiffness at the platform centre in {O} (forces in N, moments in N m, per m and rad)", "", *AXES)
+    for axis, row in zip(("Fx", "Fy", "Fz", "Mx", "My", "Mz"), report.stiffness, strict=True):
+        stiffness.add_row(axis, *(f"{v:.5g}" for v in row))
+    _print(stiffness)
+    both = _table("along each axis", "axis", "K_ii (others held)", "1/C_ii (others free)")
+    for a in AXES:
+        name, scale, unit = (f"_{a}{a}", 1e-6, "N/µm") if len(a) == 1 else (f"_{a}", 1.0, "N m/rad")
+        both.add_row(a, *(f"{report.diagonal(kind + name) * scale:.5g} {unit}" for kind in ("K", "1/C")))
+    _print(both, budget_table(report))
+    if load is not None:
+        _print(*load_tables(load))
+
+
+def budget_table(report: PoseReport) -> Table:
+    """Shares of the deflection under a force along x, y and z."""
+    shares = {a: {(s.chain, s.element): s.share for s in report.budget(a)} for a in AXES[:3]}
+    table = _table("compliance budget: share of the deflection under a force along", "element", *AXES[:3])
+    elements = list(dict.fromkeys(element for _, element in shares["x"]))
+    for element in elements:
+        totals = [sum(v for (_, e), v in shares[a].items() if e == element) for a in AXES[:3]]
+        table.add_row(f"all {element}", *(f"{100 * t:.1f} %" for t in totals))
+        for chain in dict.fromkeys(c for c, e in shares["x"] if e == element):
+            table.add_row(f"  {chain}.{element}", *(f"{100 * shares[a][chain, element]:.1f} %" for a in AXES[:3]))
+    return table
+
+
+def load_tables(load: Any) -> list[Table]:
+    """Deflections and drive loads of a load case."""
+    moved = _table("deflection under the load", "", "x µm", "y µm", "z µm", "rx µrad", "ry µrad", "rz µrad")
+    moved.add_row("tool tip", *(f"{v * 1e6:.4f}" for v in load.tool_tip))
+    moved.add_row("platform centre", *(f"{v * 1e6:.4f}" for v in load.platform_centre))
+    drives = _table("what the drives carry", "drive", "load")
+    for name, drive in load.drives.items():
+        drives.add_row(name, f"{drive.load:.4f} {drive.unit}")
+    return [moved, drives]
+
+
+def print_map(result: StiffnessMap) -> None:
+    """A stiffness map in short."""
+    _print(f"{result.machine.name}, mode {result.mode}, {result.surface.name}, best roll for {result.objective.name}", _statistics([result]), _points([result]))
+
+
+def _statistics(maps: list[StiffnessMap]) -> Table:
+    from trivet.study.comparison import FREE, HELD
+    from trivet.study.statistics import moments
+
+    table = _table("stiffness over the points that are reached, N/µm; population variances, (N/µm)²", "machine", "", "n", "mean", "variance", "least", "greatest", left=2)
+    for result in maps:
+        for k, quantity in enumerate((*HELD, *FREE)):
+            m = moments(result.diagonal(quantity)[result.used] / 1e6)
+            table.add_row(result.machine.name if k == 0 else "", quantity, str(m.n), f"{m.mean:.3f}", f"{m.variance:.4f}", f"{m.least:.3f}", f"{m.greatest:.3f}")
+    return table
+
+
+def _points(maps: list[StiffnessMap]) -> Table:
+    table = _table("check points", "machine", "points", "used", "excluded because", "a limit decides the roll", "several rolls equally good")
+    for result in maps:
+        reasons = ", ".join(f"{n} × {why}" for why, n in result.exclusions().items()) or "none"
+        table.add_row(
+            result.machine.name, str(len(result.surface)), str(int(result.used.sum())), reasons,
+            str(int(result.best.at_limit.sum())), str(int(result.ties_beyond_symmetry.sum())),
+        )  # fmt: skip
+    return table
+
+
+def print_comparison(result: Comparison) -> None:
+    """A comparison: statistics, published values, tests, convergence, caveats."""
+    from trivet.study.comparison import CAVEATS
+
+    maps = list(result.maps)
+    surfaces = "; ".join(f"{m.machine.name}: {m.surface.name} at z0 = {float(m.surface.position[:, 2].min()) * 1e3:g} mm, mode {m.mode}" for m in maps)
+    _print(f"best roll for {maps[0].objective.name}. {surfaces}", _statistics(maps), _points(maps))
+    if result.deviations:
+        table = _table("beside published means, N/µm", "machine", "source", "", "n", "published", "ours", "deviation", "variance published", "ours", left=3)
+        used = {m.machine.name: int(m.used.sum()) for m in maps}
+        for d in result.deviations:
+            variance = "" if d.published_variance is None else f"{d.published_variance / 1e12:.3f}"
+            table.add_row(d.machine, d.source, d.quantity, str(used[d.machine]), f"{d.published / 1e6:.3f}", f"{d.ours / 1e6:.3f}", signed_percent(d.relative), variance, f"{d.our_variance / 1e12:.4f}")
+        _print(table)
+    if result.tests:
+        table = _table("Welch's two-tailed t test, p after Holm's correction over all rows", "pair", "", "difference N/µm", "t", "p", "p Holm", "Hedges' g", left=2)
+        for t in result.tests:
+            table.add_row(f"{t.first} - {t.second}", t.quantity, f"{t.difference / 1e6:+.3f}", f"{t.t:.2f}", f"{t.p:.2g}", f"{t.p_holm:.2g}", f"{t.effect:+.2f}")
+        _print(table)
+    if result.convergence:
+        table = _table("convergence: means on a finer lattice", "machine", "", "points", "mean N/µm", "finer points", "mean N/µm", "change", left=2)
+        for c in result.convergence:
+            table.add_row(c.machine, c.quantity, str(c.points), f"{c.mean / 1e6:.4f}", str(c.finer_points), f"{c.finer_mean / 1e6:.4f}", f"{100 * c.relative:+.2f} %")
+        _print(table)
+    _print("\n".join(f"Mind: {caveat}" for caveat in CAVEATS))
