@@ -65,7 +65,7 @@ def difference(machine: Machine, found: np.ndarray, expected: np.ndarray) -> np.
 
 
 def random_stands(machine: Machine, count: int, seed: int) -> tuple[Frame, np.ndarray]:
-    """Reachable poses around home, tilted up to 100 degrees, each with its own working mode: pose (count,), signs (legs, 2, count)."""
+    """Reachable poses (count,) around home, tilted up to 100 degrees, and a working mode for each, (legs, 2, count)."""
     rng = np.random.default_rng(seed)
     most, legs = 8 * count, len(machine.legs)
     position = np.array(machine.home.position) + rng.uniform(-0.03, 0.03, (most, 3))
