@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator
 
 from trivet.errors import InputError, nearest, shown
 from trivet.model.elements import Beam, Body, Curvilinear, Element, Joint, Prismatic, Profile, Revolute, Spherical, Universal
@@ -11,8 +11,14 @@ from trivet.model.machine import Chain, Machine
 from trivet.model.section import General, Tube
 
 
-def check(machine: Machine) -> None:
-    """Raise InputError with the key path, the values and the remedy at the first contradiction."""
+def check(machine: Machine, known_materials: Iterable[str] = ()) -> None:
+    """Raise InputError with the key path, the values and the remedy at the first contradiction.
+
+    Args:
+        machine: as read, with every material that it names and trivet knows.
+        known_materials: names of materials that trivet knows, for hints.
+    """
+    materials = {*machine.materials, *known_materials}
     for name, section in machine.sections.items():
         if isinstance(section, Tube) and section.inner_diameter >= section.outer_diameter:
             raise InputError(
@@ -30,13 +36,13 @@ def check(machine: Machine) -> None:
     if platform.disc is not None:
         if platform.mass is not None:
             raise InputError("platform.mass: given together with platform.disc; keep one of them")
-        _known("platform.disc.material", platform.disc.material, machine.materials)
+        _defined("platform.disc.material", platform.disc.material, machine.materials, materials)
     if platform.inertia is not None and platform.mass is None:
         raise InputError("platform.inertia: needs platform.mass beside it")
     for name, chain in machine.chains.items():
         for path, profile in _profiles(f"chains.{name}", chain):
-            _known(f"{path}.section", profile.section, machine.sections)
-            _known(f"{path}.material", profile.material, machine.materials)
+            _defined(f"{path}.section", profile.section, machine.sections, machine.sections)
+            _defined(f"{path}.material", profile.material, machine.materials, materials)
         _check_chain(f"chains.{name}", chain)
 
 
@@ -99,9 +105,9 @@ def _profiles(path: str, chain: Chain) -> Iterator[tuple[str, Profile]]:
             yield f"{path}.elements.{element.name}.beam", element.beam
 
 
-def _known(path: str, name: str, known: Mapping[str, object]) -> None:
-    if name not in known:
-        raise InputError(f"{path}: {shown(name)} is not defined in this file{nearest(name, known)}")
+def _defined(path: str, name: str, defined: Container[str], hints: Iterable[str]) -> None:
+    if name not in defined:
+        raise InputError(f"{path}: {shown(name)} is not defined in this file{nearest(name, hints)}")
 
 
 def _mm(value: float) -> str:

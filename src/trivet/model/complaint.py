@@ -24,6 +24,13 @@ _WANTED = {
     "tuple_type": "a list",
 }
 
+_BOUNDS = {
+    "greater_than_equal": "is not at least {ge}",
+    "less_than_equal": "is not at most {le}",
+    "too_long": "has more than {max_length} entries",
+    "too_short": "has fewer than {min_length} entries",
+}
+
 
 def one_complaint(error: ValidationError, document: dict[str, Any]) -> str:
     """The most telling of pydantic's complaints about a document, as one line with the key path, the value and the remedy."""
@@ -39,6 +46,8 @@ def _sentence(first: Any, document: dict[str, Any]) -> str:
     path, kind, context = join(document, keys), first["type"], first.get("ctx", {})
     if kind in ("unexpected_keyword_argument", "extra_forbidden"):
         return f"{path}: unknown key{nearest(str(keys[-1]), _fields_at(document, keys[:-1]))}"
+    if kind == "missing" and isinstance(keys[-1], int):
+        return f"{join(document, keys[:-1])}: {shown(first['input'])} has too few entries"
     if kind == "missing":
         return f"{path}: this key is needed and missing"
     if kind == "union_tag_not_found":
@@ -51,9 +60,8 @@ def _sentence(first: Any, document: dict[str, Any]) -> str:
         return f"{path}: {value} is not known; expected {context['expected']}"
     if kind in _WANTED:
         return f"{path}: {value} where {_WANTED[kind]} was expected"
-    if kind in ("too_short", "too_long"):
-        bound = f"at least {context['min_length']}" if kind == "too_short" else f"at most {context['max_length']}"
-        return f"{path}: {context['actual_length']} entries where {bound} were expected"
+    if kind in _BOUNDS:
+        return f"{path}: {value} {_BOUNDS[kind].format(**context)}"
     if kind == "string_pattern_mismatch" and context["pattern"] == NAME_PATTERN:
         return f"{path}: {value}: a name is lower case letters, digits, - and _, at most 40, and begins with a letter"
     return f"{path}: {value}: {first['msg'][0].lower()}{first['msg'][1:]}"

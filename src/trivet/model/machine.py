@@ -37,7 +37,7 @@ class Published:
 
     __pydantic_config__ = STRICT
 
-    source: str
+    source: Annotated[str, StringConstraints(min_length=1)]
     """Where it is published."""
     quantity: Literal["K_xx", "K_yy", "K_zz"]
     """Which stiffness."""
@@ -221,6 +221,10 @@ class Machine(eqx.Module):
         """Mean radius of the platform joints (m), by which rotations are made comparable with translations."""
         legs = self.legs
         return sum(leg.chain.platform_joint.radius for leg in legs) / len(legs)
+
+    def renamed(self, name: str) -> Machine:
+        """The machine under another name in tables; published values, which speak of the original, are left behind."""
+        return _replace(self, about=_replace(self.about, name=name, published=()))
 
     def with_spherical(self, rotation: Literal["free", "clamped"] | float) -> Machine:
         """The machine with every spherical joint free, clamped, or elastic with a rotational stiffness (N m/rad)."""

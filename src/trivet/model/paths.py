@@ -53,7 +53,8 @@ def find(document: dict[str, Any], path: str) -> tuple[Key, ...]:
     if len(matches) == 1:
         return candidates[matches[0]]
     if matches:
-        raise InputError(f"{path}: ambiguous; it could be {' or '.join(sorted(matches)[:4])}")
+        some = sorted(matches)[:4] + ["others"] * (len(matches) > 4)
+        raise InputError(f"{path}: ambiguous; it could be {' or '.join(some)}")
     parent = _parent(document, wanted)
     if parent is not None:
         return parent
@@ -85,6 +86,13 @@ def _parent(document: dict[str, Any], wanted: list[str]) -> tuple[Key, ...] | No
         else:
             return None
     return (*keys, wanted[-1]) if isinstance(here, dict) else None
+
+
+def get(document: Any, keys: Sequence[Key]) -> Any:
+    """The value at a place."""
+    for key in keys:
+        document = document[key]
+    return document
 
 
 def put(document: Any, keys: Sequence[Key], value: Any) -> None:

@@ -99,7 +99,7 @@ class Quantity:
             raise self._error("expected a finite number")
         if self.positive and si_value <= 0:
             raise self._error("must be greater than zero")
-        if self.at_least_zero and si_value < 0:
+        if self.at_least_zero and math.copysign(1, si_value) < 0:
             raise self._error("must not be negative")
         return si_value
 

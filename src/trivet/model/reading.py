@@ -60,9 +60,9 @@ def _document(name: str, below: tuple[str, ...] = ()) -> dict[str, Any]:
     is_file = _names_file(name)
     own = os.path.abspath(name) if is_file else name
     if own in below:
-        raise InputError(f"{name}: variant_of: goes round in a circle, {' to '.join((*below, own))}")
+        raise InputError(f"{name}: varies itself: {' to '.join((*below, own))}")
     if len(below) > _MOST_PARENTS:
-        raise InputError(f"{name}: variant_of: a variant of a variant more than {_MOST_PARENTS} times over")
+        raise InputError(f"{name}: a variant of a variant more than {_MOST_PARENTS} times over")
     if not is_file and name not in catalogue():
         raise InputError(f"{name}: no machine of this name in the catalogue{nearest(name, catalogue())} (a file ends in .toml)")
     data = _read_bytes(name) if is_file else resources.files("trivet.catalog").joinpath(f"{name}.toml").read_bytes()
@@ -75,7 +75,10 @@ def _document(name: str, below: tuple[str, ...] = ()) -> dict[str, Any]:
     if not isinstance(settings, dict):
         raise InputError(f"{name}: set: {shown(settings)} where a table of key paths was expected")
     beside = os.path.join(os.path.dirname(name), parent) if is_file and _names_file(parent) else parent
-    base = _document(beside, (*below, own))
+    try:
+        base = _document(beside, (*below, own))
+    except InputError as error:
+        raise InputError(f"{name}: variant_of: {error}") from None
     try:
         _apply(base, settings)
     except InputError as error:
@@ -145,6 +148,10 @@ def parse(document: Mapping[str, Any]) -> Machine:
         InputError: as `load`.
     """
     _check_depth(document)
+    version = document.get("format", 1)
+    if version != 1 or isinstance(version, bool):
+        # Before all else: the keys of a later format would look misspelt.
+        raise InputError(f"format: {shown(version)} is not known; expected 1")
     plain, notes = _without_notes(dict(document))
     known = _known_materials()
     for material in _materials_named(plain) - set(_table(plain, "materials")):
@@ -159,7 +166,7 @@ def parse(document: Mapping[str, Any]) -> Machine:
         machine = adapter().validate_python(plain)
     except ValidationError as error:
         raise InputError(one_complaint(error, plain)) from None
-    check(machine)
+    check(machine, known)
     return machine
 
 
@@ -188,7 +195,10 @@ def _without_notes(document: dict[str, Any]) -> tuple[dict[str, Any], list[dict[
     def walk(node: Any, keys: tuple[Key, ...]) -> Any:
         if isinstance(node, dict) and "value" in node:
             found.append((keys, _note(node, join(document, keys))))
-            return node["value"]
+            return walk(node["value"], keys)
+        if isinstance(node, int) and node.bit_length() > 64:
+            # Python will not print thousands of digits, and neither will pydantic, which would fail over it.
+            raise InputError(f"{join(document, keys)}: {shown(node)} is beyond all reason")
         if isinstance(node, dict):
             return {k: walk(v, (*keys, k)) for k, v in node.items()}
         if isinstance(node, list):
@@ -215,8 +225,9 @@ def _note(node: dict[str, Any], path: str) -> dict[str, str]:
         raise InputError(f"{path}.value: {shown(node['value'])} where text, a number or a list of these was expected")
     if not isinstance(node.get("source", ""), str):
         raise InputError(f"{path}.source: {shown(node['source'])} where text was expected")
-    if node.get("status", "given") not in get_args(Status):
-        raise InputError(f"{path}.status: {shown(node['status'])} is not known{nearest(str(node['status']), get_args(Status))}")
+    status = node.get("status", "given")
+    if status not in get_args(Status):
+        raise InputError(f"{path}.status: {shown(status)} is not known; expected {' or '.join(get_args(Status))}")
     return {k: v for k, v in node.items() if k != "value"}
 
 

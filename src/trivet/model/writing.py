@@ -9,25 +9,26 @@ import tomli_w
 
 from trivet.files import replacing
 from trivet.model.machine import Machine, adapter
-from trivet.model.paths import find, put
+from trivet.model.paths import get, join, leaves, put
 
 
 def document_of(machine: Machine) -> dict[str, Any]:
     """The document (nested dicts, quantities as text with units, sources beside the numbers) of a machine."""
     document: dict[str, Any] = _plain(adapter().dump_python(machine, exclude_none=True))
-    for note in document["about"].pop("notes", []):
-        keys = find(document, note["path"])
-        value: Any = document
-        for key in keys:
-            value = value[key]
-        put(document, keys, {"value": value} | {k: v for k, v in note.items() if k != "path" and v})
+    notes = document["about"].pop("notes", [])
+    places = {join(document, keys): keys for keys in leaves(document)} if notes else {}
+    for note in notes:
+        keys = places.get(note["path"])
+        if keys is not None:  # what is left out because it is empty takes its source along
+            beside = {k: v for k, v in note.items() if k != "path" and v}
+            put(document, keys, {"value": get(document, keys)} | beside)
     return {k: document[k] for k in ("format", "about") if k in document} | document
 
 
 def _plain(node: Any) -> Any:
-    """Tuples as lists, empty texts and tables left out."""
+    """Tuples as lists, empty texts and tables left out; but a platform without mass is an empty table, and needed."""
     if isinstance(node, dict):
-        return {k: _plain(v) for k, v in node.items() if v not in ("", {}, (), [])}
+        return {k: _plain(v) for k, v in node.items() if k == "platform" or v not in ("", {}, (), [])}
     return [_plain(v) for v in node] if isinstance(node, (tuple, list)) else node
 
 

@@ -1,0 +1,60 @@
+"""Documents of machines that several tests change, and what they compare."""
+
+from __future__ import annotations
+
+import copy
+import math
+import tomllib
+from collections.abc import Callable
+from functools import cache
+from importlib import resources
+from typing import Any
+
+import jax
+import jsonschema
+import pytest
+
+from trivet.errors import InputError, one_line
+from trivet.model import Machine, schema
+
+Document = dict[str, Any]
+
+ABSENT = object()
+
+
+def written(name: str) -> Document:
+    """A catalogue file as TOML gives it, variants not filled in."""
+    return tomllib.loads(resources.files("trivet.catalog").joinpath(f"{name}.toml").read_text(encoding="utf-8"))
+
+
+@cache
+def validator() -> jsonschema.Draft202012Validator:
+    return jsonschema.Draft202012Validator(schema())
+
+
+def same(a: Machine, b: Machine) -> bool:
+    equal = jax.tree_util.tree_map(lambda x, y: x == y and math.copysign(1, x) == math.copysign(1, y), a, b)
+    return jax.tree_util.tree_all(equal) and a.about.notes == b.about.notes and a.about.published == b.about.published
+
+
+def with_change(document: Document, path: str, value: Any) -> Document:
+    """A copy of a document with one value set or (ABSENT) left out; members of lists go by their names or numbers from 0."""
+    changed = copy.deepcopy(document)
+    *way, last = path.split("/")
+    here: Any = changed
+    for key in way:
+        here = here[key] if isinstance(here, dict) else next(v for i, v in enumerate(here) if key in (v.get("name"), str(i)))
+    if value is ABSENT:
+        del here[last]
+    else:
+        here[last] = value
+    return changed
+
+
+def message_of(call: Callable[[], Any]) -> str:
+    with pytest.raises(InputError) as caught:
+        call()
+    text = str(caught.value)
+    assert text == one_line(text), "a message is one line of moderate length"
+    assert caught.value.exit_code == 2
+    return text
