@@ -98,9 +98,8 @@ def test_cantilever_under_its_own_weight(theory: str, parts: int) -> None:
 
 def stand(name: str, rotation: Any = "free", settings: Any = None) -> tuple[Machine, Frame, Any]:
     """A machine with some lumped masses, at a pose that has no symmetry."""
-    machine = load(
-        name, {"chains.leg.elements.guide.mass": "0.3 kg", "chains.leg.elements.ball.mass": "0.05 kg", **(settings or {})}
-    ).with_spherical(rotation)
+    lumps = {"chains.leg.elements.guide.mass": "0.3 kg", "chains.leg.elements.ball.mass": "0.05 kg"}
+    machine = load(name, lumps | (settings or {})).with_spherical(rotation)
     pose = zyz_frame(np.add(machine.home.position, (0.002, 0.003, -0.001)), 0.3, 0.35, 0.2)
     return machine, pose, parse_mode(machine)
 
