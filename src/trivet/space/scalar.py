@@ -45,11 +45,11 @@ def sub(a: Scalar, b: Scalar) -> Scalar:
 
 def mul(a: Scalar, b: Scalar) -> Scalar:
     """a * b, where a known 0 annihilates (also NaN and infinity) and a known +1 or -1 costs nothing."""
+    if is_zero(a) or is_zero(b):
+        return 0
     if is_known(b):
         a, b = b, a
     if is_known(a):
-        if a == 0:
-            return 0
         if a == 1:
             return b
         if a == -1:
