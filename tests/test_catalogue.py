@@ -12,7 +12,7 @@ import pytest
 
 from trivet.kinematics.closure import coordinates_from, end_frame
 from trivet.model import Machine, catalogue, load, parse, to_text, write
-from trivet.model.elements import Curvilinear, Prismatic, Revolute
+from trivet.model.elements import Spherical
 from trivet.show.drawing import draw
 
 LAYOUTS = {
@@ -87,13 +87,10 @@ def test_declared_coordinates_are_the_freedoms(name: str) -> None:
             end = end_frame(elements, base, coordinates_from(elements, numbers))
             beyond = element.advance(frame, coordinate)
             # A ball spans its freedoms with axes of its own choice; its three turns are covered by the loop closure.
-            for twist in (
-                element.freedoms(frame, coordinate, end.origin)
-                if isinstance(element, (Curvilinear, Prismatic, Revolute))
-                else ()
-            ):
+            twists = () if isinstance(element, Spherical) else element.freedoms(frame, coordinate, end.origin)
+            for index, twist in enumerate(twists, start=column):
                 ahead, behind = (
-                    end_frame(elements, base, coordinates_from(elements, numbers + sign * step * np.eye(len(numbers))[column]))
+                    end_frame(elements, base, coordinates_from(elements, numbers + sign * step * np.eye(len(numbers))[index]))
                     for sign in (1, -1)
                 )
                 moved = [(float(a) - float(b)) / (2 * step) for a, b in zip(ahead.origin, behind.origin, strict=True)]

@@ -11,8 +11,10 @@ import pytest
 from machines import PAPER, random_stands
 
 from trivet.errors import InputError, NoResultError
+from trivet.kinematics import closure
 from trivet.kinematics.closure import Closure, close_chain, close_machine, end_frame
-from trivet.kinematics.inverse import branches, inverse
+from trivet.kinematics.inverse import inverse
+from trivet.kinematics.travel import within
 from trivet.model import Leg, Machine, load
 from trivet.model.elements import Element, Spherical
 from trivet.space.frame import Frame
@@ -55,9 +57,9 @@ def _apart(leg: Leg, a: dict[str, tuple[float, ...]], b: dict[str, tuple[float, 
     )
 
 
-def _gap(leg: Leg, pose: Frame, closure: Closure) -> float:
+def _gap(leg: Leg, pose: Frame, found: Closure) -> float:
     """Distance (m) and turn (rad) between the end of the chain and its platform joint, by the walk."""
-    end = end_frame(leg.chain.elements, leg.base_frame(), closure.coordinates)
+    end = end_frame(leg.chain.elements, leg.base_frame(), found.coordinates)
     target = pose.place(leg.platform_frame())
     return max(abs(float(p) - float(q)) for v, w in zip(end, target, strict=True) for p, q in zip(v, w, strict=True))
 
@@ -81,6 +83,7 @@ def test_agrees_with_the_closed_form_in_every_mode(name: str) -> None:
                     break
             assert found is not None
             assert _apart(leg, found.numbers, expected) < 1e-9
+            assert found.inside == bool(within(leg, inverse(leg, pose, sign)))
             assert _gap(leg, pose, found) < 1e-12
 
 
@@ -117,30 +120,30 @@ def _poses(machine: Machine, count: int) -> list[Frame]:
 def test_chains_without_a_family_close_and_are_certified(name: str) -> None:
     machine = load(name)
     home = zyz_frame(machine.home.position, 0.0, 0.0, 0.0)
-    for closure in close_machine(machine, home):
-        assert closure.inside
+    for found in close_machine(machine, home):
+        assert found.inside
     for pose in _poses(machine, 3):
-        for leg, closure in zip(machine.legs, close_machine(machine, pose), strict=True):
-            assert closure.residual < 1e-9
-            assert closure.inside
-            assert _gap(leg, pose, closure) < 1e-12
+        for leg, found in zip(machine.legs, close_machine(machine, pose), strict=True):
+            assert found.residual < 1e-9
+            assert found.inside
+            assert _gap(leg, pose, found) < 1e-12
 
 
 def test_hexapod_struts_are_as_long_as_the_distance() -> None:
     machine = load("gough-stewart")
     for pose in _poses(machine, 3):
-        for leg, closure in zip(machine.legs, close_machine(machine, pose), strict=True):
+        for leg, found in zip(machine.legs, close_machine(machine, pose), strict=True):
             foot, joint = leg.base_frame().origin, pose.place(leg.platform_frame()).origin
-            assert closure.numbers["strut"][0] == pytest.approx(math.dist(foot, joint), abs=1e-12)
+            assert found.numbers["strut"][0] == pytest.approx(math.dist(foot, joint), abs=1e-12)
 
 
 def test_minimanipulator_feet_are_a_link_away_across_the_hinge() -> None:
     """The foot lies a link's length from the hinge, in the plane at right angles to the hinge's axis, on the base."""
     machine = load("tahmasebi")
     for pose in _poses(machine, 3):
-        for leg, closure in zip(machine.legs, close_machine(machine, pose), strict=True):
+        for leg, found in zip(machine.legs, close_machine(machine, pose), strict=True):
             base, joint = leg.base_frame(), pose.place(leg.platform_frame())
-            foot = base.shift((closure.numbers["slide-x"][0], closure.numbers["slide-y"][0], 0.0)).origin
+            foot = base.shift((found.numbers["slide-x"][0], found.numbers["slide-y"][0], 0.0)).origin
             link = joint.origin - foot
             assert math.sqrt(link @ link) == pytest.approx(0.150, abs=1e-12)
             assert float(link @ joint.y) == pytest.approx(0, abs=1e-12)
@@ -182,12 +185,24 @@ def test_start_that_does_not_fit() -> None:
         close_chain(leg, zyz_frame((0.0, 0.0, 0.125), 0.0, 0.0, 0.0), {"guide": (0.0,)})
 
 
-def test_closure_prefers_the_inside_of_the_travel() -> None:
+def test_home_closes_in_the_mode_inside_the_travel() -> None:
     machine = load("azulay")
-    for leg, closure in zip(machine.legs, close_machine(machine, zyz_frame(machine.home.position, 0.0, 0.0, 0.0)), strict=True):
-        assert closure.inside
-        assert closure.excess <= 0
-        assert (
-            _apart(leg, closure.numbers, _closed_form(leg, zyz_frame(machine.home.position, 0.0, 0.0, 0.0), np.ones(2))) < 1e-9
-        )
-        assert len(branches(leg)) == 2
+    home = zyz_frame(machine.home.position, 0.0, 0.0, 0.0)
+    for leg, found in zip(machine.legs, close_machine(machine, home), strict=True):
+        assert found.inside
+        assert found.excess <= 0
+        assert _apart(leg, found.numbers, _closed_form(leg, home, np.ones(2))) < 1e-9
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 2)])
+def test_inside_of_the_travel_is_preferred(order: tuple[int, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever start comes first: the mode inside the travel if there is one, else the one least outside."""
+    machine = load("azulay")
+    home, leg = zyz_frame(machine.home.position, 0.0, 0.0, 0.0), machine.legs[0]
+    modes = [np.array((1.0, 1.0)), np.array((1.0, -1.0)), np.array((-1.0, -1.0))]
+    starts = [close_chain(leg, home, _closed_form(leg, home, signs) | {"ball": (0.1, 0.2, 0.3)}) for signs in modes]
+    assert [start.inside for start in starts] == [True, False, False]
+    guesses = [np.array([v for values in starts[k].numbers.values() for v in values]) for k in order]
+    monkeypatch.setattr(closure, "_guesses", lambda leg, pose: iter(guesses))
+    expected = min((starts[k] for k in order), key=lambda start: max(start.excess, 0.0))
+    assert _apart(leg, close_chain(leg, home).numbers, expected.numbers) < 1e-9
