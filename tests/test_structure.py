@@ -87,13 +87,11 @@ def held_stiffness(structure: Structure) -> np.ndarray:
 def test_a_hexapod_is_six_struts() -> None:
     """Between a cross and a ball a strut carries nothing but an axial force: K = sum k n n^T, n the line of the strut."""
     machine = load("gough-stewart")
-    home = machine.home
-    pose = zyz_frame(np.add(home.position, (0.02, -0.01, 0.01)), 0.3, 0.2, 0.1)
+    pose = zyz_frame(np.add(machine.home.position, (0.02, -0.01, 0.01)), 0.3, 0.2, 0.1)
     closed = close_machine(machine, pose)
     structure = assemble_standing(machine, pose, [c.coordinates for c in closed])
-    area = (
-        np.pi / 4 * np.subtract(*np.square([machine.sections["tube"].outer_diameter, machine.sections["tube"].inner_diameter]))
-    )
+    tube = machine.sections["tube"]
+    area = np.pi / 4 * (tube.outer_diameter**2 - tube.inner_diameter**2)  # type: ignore[union-attr]
     expected = np.zeros((6, 6))
     for leg in machine.legs:
         arm = np.array([float(c) for c in pose.direction(leg.platform_frame().origin)])
