@@ -59,6 +59,8 @@ def _field(field: _Schema) -> _Schema:
         return field
     about = {key: field.pop(key) for key in ("title", "description", "default", "examples") if key in field}
     kind = _kind(field)
+    if isinstance(about.get("default"), float):
+        about["default"] = _as_written(about["default"], about["examples"][0])
     if kind:
         about["description"] = " ".join(filter(None, [about.get("description"), f"{kind[0].upper()}{kind[1:]}."]))
     if "const" in field or field.get("pattern") == NAME_PATTERN:
@@ -66,6 +68,13 @@ def _field(field: _Schema) -> _Schema:
     properties = {"value": field, "source": {"type": "string"}, "status": {"enum": list(get_args(Status))}}
     noted = {"type": "object", "properties": properties, "required": ["value"], "additionalProperties": False}
     return about | {"anyOf": [field, noted]}
+
+
+def _as_written(default: float, example: str | float) -> str | float:
+    """A default (in SI; zero in practice) with the unit of an example."""
+    if isinstance(example, float) or default:
+        return default
+    return f"0 {example.partition(' ')[2]}"
 
 
 def _without_null(field: _Schema) -> _Schema:

@@ -18,7 +18,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from trivet.model.elements.base import Body, Element, Flexibility, Joint, Profile, Stock
+from trivet.model.elements.base import Body, Drivable, Element, Flexibility, Joint, Profile, Stock
 from trivet.model.elements.beam import Beam
 from trivet.model.elements.curvilinear import Curvilinear
 from trivet.model.elements.offset import Offset
@@ -30,6 +30,6 @@ from trivet.model.elements.universal import Universal
 AnyElement = Annotated[Curvilinear | Prismatic | Revolute | Spherical | Universal | Beam | Offset, Field(discriminator="type")]
 
 __all__ = [
-    "AnyElement", "Beam", "Body", "Curvilinear", "Element", "Flexibility", "Joint", "Offset",
+    "AnyElement", "Beam", "Body", "Curvilinear", "Drivable", "Element", "Flexibility", "Joint", "Offset",
     "Prismatic", "Profile", "Revolute", "Spherical", "Stock", "Universal",
 ]  # fmt: skip

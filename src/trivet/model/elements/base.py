@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import equinox as eqx
-from pydantic import BeforeValidator, PlainSerializer, StringConstraints, WithJsonSchema
+from pydantic import StrictBool, BeforeValidator, Field, PlainSerializer, StringConstraints, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from trivet.model.quantity import Mass
@@ -94,6 +94,8 @@ class Flexibility(NamedTuple):
 
     compliance: Scalar
     twist: Twist
+    part: Literal["drive", "joint", "beam"]
+    """What yields: the drive of an actuated joint, a joint that is not actuated, or a beam."""
 
 
 class Element(eqx.Module):
@@ -104,8 +106,10 @@ class Element(eqx.Module):
     COORDINATES: ClassVar[tuple[Literal["length", "angle"], ...]] = ()
     """Its coordinates in order: length (m) or angle (`Angle` to the kernels); `advance` takes one bare, several as a tuple."""
 
-    name: Name = eqx.field(static=True)
-    """Name of this joint or body, unlike the others of its chain; key paths and messages use it."""
+    # Described by Field, since pydantic does not hand on docstrings to the elements themselves.
+    name: Annotated[Name, Field(description="Name of this joint or body; key paths and messages use it.")] = eqx.field(
+        static=True
+    )
 
     def advance(self, frame: Frame, coordinate: Any) -> Frame:
         """The frame beyond this element."""
@@ -132,8 +136,24 @@ class Element(eqx.Module):
 class Joint(Element):
     """A joint; its moving part may carry a lumped mass (carriage, slider, ball)."""
 
-    mass: Mass | None = eqx.field(default=None, kw_only=True)
-    """Lumped mass that moves with the joint."""
+    mass: Annotated[Mass | None, Field(description="Lumped mass that moves with the joint.")] = eqx.field(
+        default=None, kw_only=True
+    )
+
+
+class Drivable(Joint):
+    """A joint of one freedom, which a drive may move."""
+
+    actuated: StrictBool = eqx.field(static=True, default=False, kw_only=True)
+    stiffness: eqx.AbstractVar[float | None]
+
+    @property
+    def part(self) -> Literal["drive", "joint"]:
+        """What its stiffness is the stiffness of."""
+        return "drive" if self.actuated else "joint"
+
+    def slack(self, frame: Frame, coordinate: Any, at: Vec) -> tuple[Twist, ...]:
+        return () if self.actuated or self.stiffness is not None else self.freedoms(frame, coordinate, at)
 
 
 class Body(Element):

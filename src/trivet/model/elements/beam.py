@@ -81,10 +81,10 @@ def beam_flexibilities(
         sway_y = sway_y + span / (shear * section.shear_area_y)
         sway_z = sway_z + span / (shear * section.shear_area_z)
     return (
-        Flexibility(span / (young * section.area), translation(x)),
-        Flexibility(sway_y, translation(y)),
-        Flexibility(sway_z, translation(z)),
-        Flexibility(span / (shear * section.torsion), rotation(x, middle, at)),
-        Flexibility(bend_y, rotation(y, middle, at)),
-        Flexibility(bend_z, rotation(z, middle, at)),
+        Flexibility(span / (young * section.area), translation(x), "beam"),
+        Flexibility(sway_y, translation(y), "beam"),
+        Flexibility(sway_z, translation(z), "beam"),
+        Flexibility(span / (shear * section.torsion), rotation(x, middle, at), "beam"),
+        Flexibility(bend_y, rotation(y, middle, at), "beam"),
+        Flexibility(bend_z, rotation(z, middle, at), "beam"),
     )

@@ -5,16 +5,15 @@ from __future__ import annotations
 from typing import Literal
 
 import equinox as eqx
-from pydantic import StrictBool
 
-from trivet.model.elements.base import Flexibility, Joint, Stock
+from trivet.model.elements.base import Drivable, Flexibility, Stock
 from trivet.model.quantity import AngleValue, PositiveLength, Stiffness
 from trivet.space.frame import Angle, Frame
 from trivet.space.screw import Twist, rotation, translation
 from trivet.space.vector import Vec
 
 
-class Curvilinear(Joint):
+class Curvilinear(Drivable):
     """A carriage on a circular guide about the frame's z axis; its coordinate is the angle on the circle."""
 
     COORDINATES = ("angle",)
@@ -22,7 +21,6 @@ class Curvilinear(Joint):
     type: Literal["curvilinear"] = eqx.field(static=True)
     radius: PositiveLength
     """Radius of the guide circle."""
-    actuated: StrictBool = eqx.field(static=True, default=False)
     """Whether a drive moves the joint."""
     travel: tuple[AngleValue, AngleValue] | None = None
     """Range of the angle; all round when not given."""
@@ -37,13 +35,10 @@ class Curvilinear(Joint):
     def freedoms(self, frame: Frame, coordinate: Angle, at: Vec) -> tuple[Twist, ...]:
         return (rotation(frame.z, frame.origin, at),)
 
-    def slack(self, frame: Frame, coordinate: Angle, at: Vec) -> tuple[Twist, ...]:
-        return () if self.actuated or self.stiffness is not None else self.freedoms(frame, coordinate, at)
-
     def flexibilities(self, frame: Frame, coordinate: Angle, at: Vec, stock: Stock) -> tuple[Flexibility, ...]:
         if self.stiffness is None:
             return ()
         if self.yields == "rotation":
-            return (Flexibility(1 / (self.stiffness * self.radius * self.radius), rotation(frame.z, frame.origin, at)),)
+            return (Flexibility(1 / (self.stiffness * self.radius * self.radius), rotation(frame.z, frame.origin, at), self.part),)
         tangent = frame.turn((0.0, 0.0, 1.0), coordinate).y
-        return (Flexibility(1 / self.stiffness, translation(tangent)),)
+        return (Flexibility(1 / self.stiffness, translation(tangent), self.part),)

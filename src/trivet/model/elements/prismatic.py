@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Literal
 
 import equinox as eqx
-from pydantic import StrictBool
 
-from trivet.model.elements.base import Axis, Direction, Flexibility, Joint, Profile, Stock
+from trivet.model.elements.base import Drivable, Axis, Direction, Flexibility, Profile, Stock
 from trivet.model.elements.beam import along, beam_flexibilities
 from trivet.model.quantity import Length, Stiffness
 from trivet.space.frame import Frame
@@ -16,7 +15,7 @@ from trivet.space.screw import Twist, translation
 from trivet.space.vector import Vec
 
 
-class Prismatic(Joint):
+class Prismatic(Drivable):
     """A slide along an axis of the frame; its coordinate is the distance from where the frame stands."""
 
     COORDINATES = ("length",)
@@ -24,7 +23,6 @@ class Prismatic(Joint):
     type: Literal["prismatic"] = eqx.field(static=True)
     axis: Axis = eqx.field(static=True)
     """Direction of positive travel."""
-    actuated: StrictBool = eqx.field(static=True, default=False)
     """Whether a drive moves the joint."""
     travel: tuple[Length, Length] | None = None
     """Range of the distance; unlimited when not given."""
@@ -43,13 +41,10 @@ class Prismatic(Joint):
     def freedoms(self, frame: Frame, coordinate: Scalar, at: Vec) -> tuple[Twist, ...]:
         return (translation(frame.direction(self.axis)),)
 
-    def slack(self, frame: Frame, coordinate: Scalar, at: Vec) -> tuple[Twist, ...]:
-        return () if self.actuated or self.stiffness is not None else self.freedoms(frame, coordinate, at)
-
     def flexibilities(self, frame: Frame, coordinate: Scalar, at: Vec, stock: Stock) -> tuple[Flexibility, ...]:
         drive: tuple[Flexibility, ...] = ()
         if self.stiffness is not None:
-            drive = (Flexibility(1 / self.stiffness, translation(frame.direction(self.axis))),)
+            drive = (Flexibility(1 / self.stiffness, translation(frame.direction(self.axis)), self.part),)
         if self.beam is None:
             return drive
         return drive + beam_flexibilities(frame, self.axis, coordinate, self.beam, at, stock)

@@ -5,16 +5,15 @@ from __future__ import annotations
 from typing import Literal
 
 import equinox as eqx
-from pydantic import StrictBool
 
-from trivet.model.elements.base import Axis, Flexibility, Joint, Stock
+from trivet.model.elements.base import Drivable, Axis, Flexibility, Stock
 from trivet.model.quantity import AngleValue, RotationalStiffness
 from trivet.space.frame import Angle, Frame
 from trivet.space.screw import Twist, rotation
 from trivet.space.vector import Vec
 
 
-class Revolute(Joint):
+class Revolute(Drivable):
     """A hinge about an axis of the frame; its coordinate is the angle turned."""
 
     COORDINATES = ("angle",)
@@ -22,7 +21,6 @@ class Revolute(Joint):
     type: Literal["revolute"] = eqx.field(static=True)
     axis: Axis = eqx.field(static=True)
     """Axis of the hinge."""
-    actuated: StrictBool = eqx.field(static=True, default=False)
     """Whether a drive moves the joint."""
     travel: tuple[AngleValue, AngleValue] | None = None
     """Range of what `measure` says; unlimited when not given."""
@@ -37,10 +35,7 @@ class Revolute(Joint):
     def freedoms(self, frame: Frame, coordinate: Angle, at: Vec) -> tuple[Twist, ...]:
         return (rotation(frame.direction(self.axis), frame.origin, at),)
 
-    def slack(self, frame: Frame, coordinate: Angle, at: Vec) -> tuple[Twist, ...]:
-        return () if self.actuated or self.stiffness is not None else self.freedoms(frame, coordinate, at)
-
     def flexibilities(self, frame: Frame, coordinate: Angle, at: Vec, stock: Stock) -> tuple[Flexibility, ...]:
         if self.stiffness is None:
             return ()
-        return tuple(Flexibility(1 / self.stiffness, twist) for twist in self.freedoms(frame, coordinate, at))
+        return tuple(Flexibility(1 / self.stiffness, twist, self.part) for twist in self.freedoms(frame, coordinate, at))

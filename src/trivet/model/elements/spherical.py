@@ -46,4 +46,4 @@ class Spherical(Joint):
         if self.rotation != "elastic":
             return ()
         assert self.stiffness is not None, "checked when the file is read"
-        return tuple(Flexibility(1 / self.stiffness, twist) for twist in self.freedoms(frame, coordinate, at))
+        return tuple(Flexibility(1 / self.stiffness, twist, "joint") for twist in self.freedoms(frame, coordinate, at))

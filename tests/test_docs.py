@@ -1,0 +1,80 @@
+"""The pages do what they say: machine files are read, Python runs, commands succeed, the reference is up to date."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from trivet.model import load
+
+DOCS = Path(__file__).parents[1] / "docs"
+PAGES = sorted(DOCS.glob("*.md"))
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+NAME = re.compile(r'^name = "(.*)"$', re.MULTILINE)
+
+
+def run_command(line: str) -> None:
+    program, *arguments = shlex.split(line)
+    assert program == "trivet", line
+    command = [sys.executable, "-c", "from trivet.cli import main; main()", *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, f"{line}\n{done.stdout}\n{done.stderr}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_examples_work(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Block after block in one folder; a machine file lies there under its name when the next block runs."""
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    for language, text in BLOCK.findall(page.read_text(encoding="utf-8")):
+        if language == "toml" and text.startswith(("format = 1", "variant_of = ")):
+            found = NAME.search(text)
+            assert found, "a machine has a name"
+            path = Path(f"{found.group(1)}.toml")
+            path.write_text(text, encoding="utf-8")
+            assert load(path).name == found.group(1)
+        elif language == "python":
+            exec(compile(text, str(page), "exec"), names)
+        elif language == "console":
+            for line in text.splitlines():
+                if line.startswith("$ trivet "):
+                    run_command(line[2:])
+
+
+def test_the_pages_have_examples() -> None:
+    found = [language for page in PAGES for language, _ in BLOCK.findall(page.read_text(encoding="utf-8"))]
+    assert {"toml", "python", "console"} <= set(found)
+
+
+def test_links_lead_somewhere() -> None:
+    for page in PAGES:
+        for target in re.findall(r"\]\(([^):#]+\.md)[^)]*\)", page.read_text(encoding="utf-8")):
+            assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+def make_reference() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("make_reference", DOCS / "make_reference.py")
+    assert spec
+    assert spec.loader
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_reference_is_up_to_date() -> None:
+    module = make_reference()
+    assert module.PAGE.read_text(encoding="utf-8") == module.page(), "run: python docs/make_reference.py"
+
+
+def test_the_reference_explains_every_key() -> None:
+    for line in make_reference().page().splitlines():
+        if line.startswith("| `"):
+            *_, meaning, _ = re.split(r"(?<!\\)\|", line)
+            assert meaning.strip(), line
