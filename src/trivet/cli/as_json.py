@@ -34,13 +34,15 @@ def diagonal_key(name: str) -> str:
 
 def card(machine: Machine) -> dict[str, Any]:
     """A machine in short."""
+    from trivet.kinematics.jacobian import is_actuated
+
     return {
         "name": machine.name,
         "title": machine.about.title,
         "description": machine.about.description,
         "source": machine.about.source,
         "chains": {
-            name: {"copies": chain.copies, "elements": [{"name": e.name, "type": e.type, "actuated": bool(getattr(e, "actuated", False))} for e in chain.elements]}  # type: ignore[attr-defined]
+            name: {"copies": chain.copies, "elements": [{"name": e.name, "type": e.type, "actuated": is_actuated(e)} for e in chain.elements]}
             for name, chain in sorted(machine.chains.items())
         },
         "notes": [{"path": n.path, "status": n.status, "source": n.source} for n in machine.about.notes],
@@ -83,7 +85,7 @@ def pose_json(report: PoseReport, load: Any = None) -> dict[str, Any]:
         "inverse_jacobian_SI": finite(report.inverse_jacobian),
         "diagonal": {diagonal_key(n): finite(report.diagonal(n)) for n in names + free},
         "compliance_budget": {
-            a: [{"chain": s.chain, "element": s.element, "type": s.kind, "share": float(s.share)} for s in report.budget(a)]
+            a: [{"chain": s.chain, "element": s.element, "part": s.part, "share": float(s.share)} for s in report.budget(a)]
             for a in AXES[:3]
         },
         "masses_kg": {k: finite(float(v)) for k, v in report.masses.items()},

@@ -54,8 +54,10 @@ def print_catalogue(machines: list[Machine]) -> None:
 
 def topology(chain: Any) -> str:
     """The joints of a chain by their letters, the actuated ones in brackets: "[P][P]RS"."""
+    from trivet.kinematics.jacobian import is_actuated
+
     letters = {"curvilinear": "P", "prismatic": "P", "revolute": "R", "spherical": "S", "universal": "U"}
-    joints = [(letters[e.type], getattr(e, "actuated", False)) for e in chain.elements if e.type in letters]
+    joints = [(letters[e.type], is_actuated(e)) for e in chain.elements if e.type in letters]
     return "".join(f"[{letter}]" if driven else letter for letter, driven in joints)
 
 
@@ -134,8 +136,8 @@ def print_pose(report: PoseReport, load: Any = None) -> None:
 
 def budget_table(report: PoseReport) -> Table:
     """Shares of the deflection under a force along x, y and z."""
-    shares = {a: {(s.chain, s.element): s.share for s in report.budget(a)} for a in AXES[:3]}
-    table = _table("compliance budget: share of the deflection under a force along", "element", *AXES[:3])
+    shares = {a: {(s.chain, f"{s.element} {s.part}"): s.share for s in report.budget(a)} for a in AXES[:3]}
+    table = _table("compliance budget: share of the deflection under a force along", "what yields", *AXES[:3])
     elements = list(dict.fromkeys(element for _, element in shares["x"]))
     for element in elements:
         totals = [sum(v for (_, e), v in shares[a].items() if e == element) for a in AXES[:3]]

@@ -11,7 +11,7 @@ from trivet.kinematics.constraint import transmitted
 from trivet.kinematics.inverse import inverse
 from trivet.kinematics.walk import walk
 from trivet.model import Leg, Machine
-from trivet.model.elements import Curvilinear, Element, Prismatic, Revolute
+from trivet.model.elements import Drivable, Element
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
 
@@ -27,7 +27,7 @@ class ConstraintRows(NamedTuple):
 
 def is_actuated(element: Element) -> bool:
     """Whether an element is an actuated joint."""
-    return isinstance(element, (Curvilinear, Prismatic, Revolute)) and element.actuated
+    return isinstance(element, Drivable) and element.actuated
 
 
 def actuator_names(machine: Machine) -> list[str]:

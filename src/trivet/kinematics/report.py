@@ -12,7 +12,7 @@ import numpy as np
 from trivet.kinematics.inverse import inverse
 from trivet.kinematics.travel import gauges
 from trivet.model import Machine
-from trivet.model.elements import Curvilinear, Element, Prismatic, Revolute
+from trivet.model.elements import Drivable, Prismatic, Revolute
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
 
@@ -34,19 +34,14 @@ class JointState(NamedTuple):
     """Per chain: below zero where it cannot close (m^2)."""
 
 
-def reported(element: Element) -> bool:
-    """Whether the joint's single coordinate follows from the inverse kinematics of the leg families."""
-    return isinstance(element, (Curvilinear, Prismatic, Revolute))
-
-
 def joint_names(machine: Machine) -> list[str]:
-    """Names of the joints in reports: "leg-1.slide"."""
-    return [f"{leg.name}.{e.name}" for leg in machine.legs for e in leg.chain.elements if reported(e)]
+    """Names of the joints of one freedom, which reports list: "leg-1.slide"."""
+    return [f"{leg.name}.{e.name}" for leg in machine.legs for e in leg.chain.elements if isinstance(e, Drivable)]
 
 
-def joint_elements(machine: Machine) -> list[Element]:
+def joint_elements(machine: Machine) -> list[Drivable]:
     """The joints in the order of `joint_names`."""
-    return [e for leg in machine.legs for e in leg.chain.elements if reported(e)]
+    return [e for leg in machine.legs for e in leg.chain.elements if isinstance(e, Drivable)]
 
 
 def joint_state(machine: Machine, pose: Frame, signs: Scalar) -> JointState:
@@ -58,7 +53,7 @@ def joint_state(machine: Machine, pose: Frame, signs: Scalar) -> JointState:
         reach.append(posture.reach)
         limited = {gauge.joint.name: gauge for gauge in gauges(leg, posture)}
         for element, coordinate in zip(leg.chain.elements, posture.coordinates, strict=True):
-            if not reported(element):
+            if not isinstance(element, Drivable):
                 continue
             plain = coordinate if isinstance(element, Prismatic) else jnp.arctan2(coordinate.sin, coordinate.cos)
             gauge = limited.get(element.name)

@@ -113,10 +113,13 @@ class Quantity:
             return float(si_value)
         factor = self._unit_factor(self.written)
         assert factor is not None, self.written
-        number = float(Decimal(repr(float(si_value))) / factor)
-        text = f"{_plain(number)} {self.written}"
-        exact = math.isfinite(number) and float(Decimal(_plain(number)) * factor) == si_value
-        return text if exact else f"{float(si_value)!r} {self.si}"
+        exact = Decimal(repr(float(si_value))) / factor
+        for digits in (15, 16, 17):
+            # The designer's "5 deg" before the 5.000000000000001 that reads back to the same float.
+            number = _plain(float(f"{exact:.{digits}g}"))
+            if float(Decimal(number) * factor) == si_value:
+                return f"{number} {self.written}"
+        return f"{float(si_value)!r} {self.si}"
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         return core_schema.no_info_plain_validator_function(

@@ -38,6 +38,10 @@ class Symmetric:
                 matrix[i, j] = next(entries)
         return matrix
 
+    def upper(self) -> list[Scalar]:
+        """The upper triangle by rows."""
+        return [self[i, j] for i in range(self.size) for j in range(i, self.size)]
+
     def plus(self, other: Symmetric) -> Symmetric:
         """Sum of two matrices of one size."""
         result = Symmetric(self.size)

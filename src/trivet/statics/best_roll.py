@@ -60,34 +60,37 @@ def unrolled(position: Any, azimuth: Any, tilt: Any) -> Frame:
 
 
 def _value(machine: Machine, frame: Frame, roll: Angle, signs: Scalar, scalar: Objective) -> Scalar:
-    """Objective at rolled poses; minus infinity where they are not reached."""
+    """Objective at one rolled pose; minus infinity where it is not reached."""
     stiffness, reached = platform_stiffness(machine, rolled(frame, roll), signs)
     return jnp.where(reached, scalar(stiffness), -jnp.inf)
 
 
 @partial(jax.jit, static_argnames="scalar")
 def on_grid(machine: Machine, frames: Frame, rolls: Angle, signs: Scalar, scalar: Objective) -> Scalar:
-    """Objective at every point and roll: frames (n, 1), rolls (m,), result (n, m); minus infinity where not reached."""
-    return _value(machine, frames, rolls, signs, scalar)
+    """Objective at every point and roll: frames (n,), rolls (m,), result (n, m); minus infinity where not reached."""
+    by_roll = jax.vmap(lambda frame, roll: _value(machine, frame, roll, signs, scalar), (None, 0))
+    return jax.vmap(by_roll, (0, None))(frames, rolls)
 
 
 @partial(jax.jit, static_argnames="scalar")
-def _zoom(machine: Machine, frames: Frame, centre: Angle, offsets: Angle, signs: Scalar, scalar: Objective) -> Any:
-    """Climb hills: frames (n, 1, 1), centre (n, k, 1), offsets (levels, candidates).
+def _zoom(machine: Machine, frames: Frame, hills: Angle, offsets: Angle, signs: Scalar, scalar: Objective) -> Any:
+    """Climb hills: frames (n,), rolls of the hills (n, k), offsets (levels, candidates).
 
     Gives the tops, their rolls, and whether a limit cuts the hill within the last, tiny, step of its top (n, k).
     """
 
-    def narrow(centre: Angle, offset: Angle) -> tuple[Angle, Scalar]:
-        # Angle addition: no sine or cosine inside the kernel.
-        tried = Angle(centre.cos * offset.cos - centre.sin * offset.sin, centre.sin * offset.cos + centre.cos * offset.sin)
-        values = _value(machine, frames, tried, signs, scalar)
-        best = jnp.argmax(values, axis=-1, keepdims=True)
-        take = partial(jnp.take_along_axis, indices=best, axis=-1)
-        return Angle(take(tried.cos), take(tried.sin)), (take(values)[..., 0], jnp.isfinite(values).all(axis=-1))
+    def climb(frame: Frame, hill: Angle) -> Any:
+        def narrow(centre: Angle, offset: Angle) -> tuple[Angle, Any]:
+            # Angle addition: no sine or cosine inside the kernel.
+            tried = Angle(centre.cos * offset.cos - centre.sin * offset.sin, centre.sin * offset.cos + centre.cos * offset.sin)
+            values = jax.vmap(lambda roll: _value(machine, frame, roll, signs, scalar))(tried)
+            best = jnp.argmax(values)
+            return Angle(tried.cos[best], tried.sin[best]), (values[best], jnp.isfinite(values).all())
 
-    last, (tops, free) = jax.lax.scan(narrow, centre, offsets)
-    return tops[-1], jnp.arctan2(last.sin, last.cos)[..., 0], ~free[-1]
+        last, (tops, free) = jax.lax.scan(narrow, hill, offsets)
+        return tops[-1], jnp.arctan2(last.sin, last.cos), ~free[-1]
+
+    return jax.vmap(jax.vmap(climb, (None, 0)))(frames, hills)
 
 
 def best_roll(
@@ -130,13 +133,12 @@ def best_roll(
 def _search(machine: Machine, frames: Frame, signs: Scalar, scalar: Objective, rolls: int) -> tuple[Any, ...]:
     step = 2 * math.pi / rolls
     grid = step * np.arange(rolls)
-    values = np.asarray(on_grid(machine, _expand(frames, 1), Angle(np.cos(grid), np.sin(grid)), signs, scalar))
+    values = np.asarray(on_grid(machine, frames, Angle(np.cos(grid), np.sin(grid)), signs, scalar))
     hills = _hills(values, min(HILLS, rolls))
     spacing = step * 0.25 ** np.arange(1, LEVELS + 1)
     offset = spacing[:, None] * np.arange(-(CANDIDATES // 2), CANDIDATES // 2 + 1)
-    centre = grid[hills][..., None]
     tops, roll, cut = _zoom(
-        machine, _expand(frames, 2), Angle(np.cos(centre), np.sin(centre)), Angle(np.cos(offset), np.sin(offset)), signs, scalar
+        machine, frames, Angle(np.cos(grid[hills]), np.sin(grid[hills])), Angle(np.cos(offset), np.sin(offset)), signs, scalar
     )
     # A hill that the grid did not reach has no top, even where the zoom happened upon one beside it.
     tops = np.where(np.isfinite(np.take_along_axis(values, hills, 1)), np.asarray(tops), -np.inf)
@@ -173,10 +175,6 @@ def _count_distinct(roll: NDArray[Any], counted: NDArray[Any]) -> NDArray[Any]:
     return (counted & ~repeats).sum(axis=1)
 
 
-def _expand(frames: Frame, axes: int) -> Frame:
-    return jax.tree.map(lambda c: jnp.asarray(c).reshape(np.shape(c) + (1,) * axes), frames)
-
-
 @partial(jax.jit, static_argnames="scalar")
 def mean_objective(machine: Machine, frames: Frame, roll: Angle, signs: Scalar, scalar: Objective) -> Scalar:
     """Mean of the objective over poses (n,) at fixed rolls; differentiable in every dimension.
@@ -184,7 +182,11 @@ def mean_objective(machine: Machine, frames: Frame, roll: Angle, signs: Scalar, 
     At interior best rolls the derivative of the mean with respect to a dimension is that of the mean best-roll objective, since
     the objective's derivative with respect to the roll vanishes there (envelope theorem).
     """
-    return jnp.mean(scalar(platform_stiffness_by_copies(machine, rolled(frames, roll), signs)))
+
+    def value(frame: Frame, angle: Angle) -> Scalar:
+        return scalar(platform_stiffness_by_copies(machine, rolled(frame, angle), signs))
+
+    return jnp.mean(jax.vmap(value)(frames, roll))
 
 
 _mean_and_gradient = jax.jit(jax.value_and_grad(mean_objective), static_argnames="scalar")

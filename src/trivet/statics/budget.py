@@ -18,11 +18,12 @@ SINGULAR = 1e-13
 
 
 class Share(NamedTuple):
-    """Share of one element in the deflection along the load."""
+    """Share of one link, joint or drive in the deflection along the load."""
 
     chain: str
     element: str
-    kind: str
+    part: str
+    """What of the element yields: its "drive", the "joint" itself, or the "beam"."""
     share: float
     """Fraction of the deflection of the loaded point along the load; all shares add up to one."""
 
@@ -72,7 +73,7 @@ def compliance_budget(
         amplitudes = np.linalg.solve(np.array(part.matrix.full(), dtype=float), rows @ twist)
         for element, flexibility in part.parts:
             power = sum(float(w @ flexibility.twist) * a for w, a in zip(part.wrenches, amplitudes, strict=True))
-            key = (leg.name, element.name, element.type)  # type: ignore[attr-defined]
+            key = (leg.name, element.name, flexibility.part)
             energies[key] = energies.get(key, 0.0) + float(flexibility.compliance) * power**2
     shares = [Share(*key, energy / deflection) for key, energy in energies.items()]
     return sorted(shares, key=lambda s: -s.share)

@@ -55,13 +55,21 @@ def leg_compliance(leg: Leg, posture: Posture, stock: Stock) -> LegCompliance:
     return LegCompliance(wrenches, matrix, parts)
 
 
-def leg_stiffness(machine: Machine, leg: Leg, pose: Frame, signs: Scalar) -> tuple[Symmetric, Scalar]:
-    """The stiffness which one chain lends the platform, and whether it reaches the pose inside its travel; else as below."""
+@jax.jit
+def leg_stiffness(
+    machine: Machine, chain: Chain, rotation: Scalar, pose: Frame, signs: Scalar
+) -> tuple[tuple[Scalar, ...], Scalar]:
+    """The stiffness which one copy of a chain lends the platform (upper triangle by rows), and whether it reaches the pose.
+
+    A function of its own to JAX, which traces it once for all copies of a chain and all kernels that use it.
+    """
+    leg = Leg("", chain, rotation)
     posture = inverse(leg, pose, signs)
     part = leg_compliance(leg, posture, machine.stock)
     arm = pose.direction(leg.platform_frame().origin)
     wrenches = [w.carried(posture.heading, arm) for w in part.wrenches]
-    return _product(part.matrix.inverse(), [(*w.force, *w.moment) for w in wrenches]), within(leg, posture)
+    stiffness = _product(part.matrix.inverse(), [(*w.force, *w.moment) for w in wrenches])
+    return tuple(stiffness.upper()), within(leg, posture)
 
 
 def platform_stiffness(machine: Machine, pose: Frame, signs: Scalar) -> tuple[Symmetric, Scalar]:
@@ -69,15 +77,18 @@ def platform_stiffness(machine: Machine, pose: Frame, signs: Scalar) -> tuple[Sy
 
     Args:
         machine: the machine, its actuators at rest.
-        pose: platform frame {E} in {O}.
+        pose: platform frame {E} in {O}, scalar components.
         signs: (n_chains, 2) working mode, see `kinematics.mode.parse_mode`.
 
     Returns:
         The 6 x 6 stiffness at the platform centre in {O} (forces first; N/m, N/rad, N m/rad), and whether the pose is
         reached with all joints inside their travel.
     """
-    parts = [leg_stiffness(machine, leg, pose, signs[index]) for index, leg in enumerate(machine.legs)]
-    return reduce(Symmetric.plus, (k for k, _ in parts)), reduce(operator.and_, (inside for _, inside in parts))
+    parts = [
+        leg_stiffness(machine, leg.chain, leg.rotation, pose, signs[index]) for index, leg in enumerate(machine.legs)
+    ]
+    entries = [reduce(operator.add, column) for column in zip(*(upper for upper, _ in parts), strict=True)]
+    return Symmetric.of(6, entries), reduce(operator.and_, (inside for _, inside in parts))
 
 
 def platform_stiffness_by_copies(machine: Machine, pose: Frame, signs: Scalar) -> Symmetric:
@@ -86,15 +97,11 @@ def platform_stiffness_by_copies(machine: Machine, pose: Frame, signs: Scalar) -
     It compiles three times as fast for three copies, which derivatives need, and runs slower, which maps could not bear.
     """
     total, first = Symmetric(6), 0
-    for name, chain in sorted(machine.chains.items()):
+    for _, chain in sorted(machine.chains.items()):
         rotations = jnp.asarray([2 * math.pi * k / chain.copies for k in range(chain.copies)])
-
-        def entries(rotation: Scalar, branch: Scalar, name: str = name, chain: Chain = chain) -> list[Scalar]:
-            stiffness, _ = leg_stiffness(machine, Leg(name, chain, rotation), pose, branch)
-            return [jnp.asarray(stiffness[i, j], dtype=float) for i in range(6) for j in range(i, 6)]
-
-        summed = [e.sum(axis=0) for e in jax.vmap(entries)(rotations, signs[first : first + chain.copies])]
-        total = total.plus(Symmetric.of(6, summed))
+        by_copy = jax.vmap(leg_stiffness, in_axes=(None, None, 0, None, 0))
+        entries, _ = by_copy(machine, chain, rotations, pose, signs[first : first + chain.copies])
+        total = total.plus(Symmetric.of(6, [entry.sum(axis=0) for entry in entries]))
         first += chain.copies
     return total
 

@@ -27,15 +27,15 @@ SMALL = 320
 UPPER = tuple((i, j) for i in range(6) for j in range(i, 6))
 
 
-def stiffness_entries(machine: Machine, pose: Frame, signs: Scalar) -> tuple[tuple[Scalar, ...], Scalar]:
-    """The 21 entries of the upper triangle by rows, and whether the pose is reached; one pose or component arrays."""
-    stiffness, reached = platform_stiffness(machine, pose, signs)
-    return tuple(stiffness[i, j] for i, j in UPPER), reached
-
-
 @jax.jit
-def _tiles(machine: Machine, poses: Frame, signs: Scalar) -> tuple[tuple[Scalar, ...], Scalar]:
-    return jax.lax.map(lambda pose: stiffness_entries(machine, pose, signs), poses)
+def _tiles(machine: Machine, poses: Frame, signs: Scalar) -> tuple[list[Scalar], Scalar]:
+    """The 21 upper entries by rows, and whether the pose is reached, for poses (tiles, poses)."""
+
+    def entries(pose: Frame) -> tuple[list[Scalar], Scalar]:
+        stiffness, reached = platform_stiffness(machine, pose, signs)
+        return stiffness.upper(), reached
+
+    return jax.lax.map(jax.vmap(entries), poses)
 
 
 def stream(machine: Machine, poses: Iterator[Frame], signs: Any) -> Iterator[tuple[tuple[Any, ...], Any]]:

@@ -67,7 +67,7 @@ class PoseReport:
         rows = []
         for k, (name, element) in enumerate(zip(joint_names(self.machine), joint_elements(self.machine), strict=True)):
             numbers = (float(a[0, k]) for a in (self.state.coordinate, self.state.gauge, self.state.low, self.state.high))
-            rows.append(JointRow(name, "m" if isinstance(element, Prismatic) else "rad", *numbers, bool(getattr(element, "actuated", False))))
+            rows.append(JointRow(name, "m" if isinstance(element, Prismatic) else "rad", *numbers, element.actuated))
         return rows
 
     @property

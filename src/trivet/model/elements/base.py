@@ -144,7 +144,9 @@ class Joint(Element):
 class Drivable(Joint):
     """A joint of one freedom, which a drive may move."""
 
-    actuated: StrictBool = eqx.field(static=True, default=False, kw_only=True)
+    actuated: Annotated[StrictBool, Field(description="Whether a drive moves the joint.")] = eqx.field(
+        static=True, default=False, kw_only=True
+    )
     stiffness: eqx.AbstractVar[float | None]
 
     @property

@@ -21,10 +21,9 @@ class Curvilinear(Drivable):
     type: Literal["curvilinear"] = eqx.field(static=True)
     radius: PositiveLength
     """Radius of the guide circle."""
-    """Whether a drive moves the joint."""
     travel: tuple[AngleValue, AngleValue] | None = None
     """Range of the angle; all round when not given."""
-    stiffness: Stiffness | None = None
+    stiffness: Stiffness | None = eqx.field(default=None, kw_only=True)
     """Stiffness of drive and carriage along the guide; rigid when not given."""
     yields: Literal["translation", "rotation"] = eqx.field(static=True, default="translation")
     """How the carriage gives way: straight along the tangent, or along the circle (turning with it)."""

@@ -23,10 +23,9 @@ class Prismatic(Drivable):
     type: Literal["prismatic"] = eqx.field(static=True)
     axis: Axis = eqx.field(static=True)
     """Direction of positive travel."""
-    """Whether a drive moves the joint."""
     travel: tuple[Length, Length] | None = None
     """Range of the distance; unlimited when not given."""
-    stiffness: Stiffness | None = None
+    stiffness: Stiffness | None = eqx.field(default=None, kw_only=True)
     """Stiffness of the drive along the axis; rigid when not given."""
     beam: Profile | None = None
     """The extended part, an elastic beam as long as the coordinate (zero is rigid); rigid when not given."""

@@ -21,12 +21,11 @@ class Revolute(Drivable):
     type: Literal["revolute"] = eqx.field(static=True)
     axis: Axis = eqx.field(static=True)
     """Axis of the hinge."""
-    """Whether a drive moves the joint."""
     travel: tuple[AngleValue, AngleValue] | None = None
     """Range of what `measure` says; unlimited when not given."""
     measure: Literal["angle", "elevation"] = eqx.field(static=True, default="angle")
     """What the travel limits: the angle turned, or the elevation of the next body above the base plane (asin(P_z/L))."""
-    stiffness: RotationalStiffness | None = None
+    stiffness: RotationalStiffness | None = eqx.field(default=None, kw_only=True)
     """Stiffness about the axis; of an actuated hinge rigid, of a passive one zero when not given."""
 
     def advance(self, frame: Frame, coordinate: Angle) -> Frame:
