@@ -14,7 +14,8 @@ help:
 	@sed -n 's/^# \(make .*\)/\1/p' $(firstword $(MAKEFILE_LIST))
 
 compare: $(VENV)/.runtime
-	$(BIN)/trivet compare
+	@mkdir -p trivet-results
+	$(BIN)/trivet compare --figure trivet-results/compare.png --figure trivet-results/compare.html --data trivet-results/compare.nc --overwrite
 
 test: $(VENV)/.dev
 	$(BIN)/ruff check

@@ -9,7 +9,7 @@ INTERRUPTED = 130
 
 
 def main() -> None:
-    """Entry point: runs a command and turns errors into one line and an exit code (2 wrong input, 1 no result, 130 interrupted)."""
+    """Run a command; errors become one line and an exit code (2 wrong input, 1 no result, 130 interrupted)."""
     try:
         code = _run()
         sys.stdout.flush()

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="trivet",
-    help="Analysis and design of parallel kinematic machines: from a machine file to its stiffness, and which machine is stiffer.",
+    help="Analysis and design of parallel kinematic machines: from a machine file to its stiffness, and which one is stiffer.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     add_completion=False,
@@ -79,7 +79,10 @@ def show(
         from trivet.space.pose import zyz_frame
 
         place = o.triple("--position", position, "length", "m")
-        given = [o.quantity(name, text, "angle", "rad") for name, text in (("--azimuth", azimuth), ("--tilt", tilt), ("--roll", roll))]
+        given = [
+            o.quantity(name, text, "angle", "rad")
+            for name, text in (("--azimuth", azimuth), ("--tilt", tilt), ("--roll", roll))
+        ]
         home = chosen.home
         angles = [h if g is None else g for g, h in zip(given, (home.azimuth, home.tilt, home.roll), strict=True)]
         for path in figure:
@@ -99,8 +102,13 @@ def pose(
     spherical: o.Spherical = None,
     guide: o.Guide = None,
     shear: o.Shear = None,
-    force: Annotated[str | None, typer.Option("--force", help="Force at the tool tip in {O}, as in '0 N, 10 N, 0 N'.", metavar="X,Y,Z")] = None,
-    moment: Annotated[str | None, typer.Option("--moment", help="Moment at the tool tip in {O}, as in '0 N m, 0 N m, 1 N m'.", metavar="X,Y,Z")] = None,
+    force: Annotated[
+        str | None, typer.Option("--force", help="Force at the tool tip in {O}, as in '0 N, 10 N, 0 N'.", metavar="X,Y,Z")
+    ] = None,
+    moment: Annotated[
+        str | None,
+        typer.Option("--moment", help="Moment at the tool tip in {O}, as in '0 N m, 0 N m, 1 N m'.", metavar="X,Y,Z"),
+    ] = None,
     weight: Annotated[bool, typer.Option("--weight", help="Add the machine's own weight, gravity along -z.")] = False,
     anyway: Annotated[bool, typer.Option("--anyway", help="Report the pose although a joint is outside its travel.")] = False,
     figure: o.FigureFile = None,
@@ -194,7 +202,9 @@ def compare(
     radius: o.Radius = None,
     height: o.Height = None,
     rolls: o.Rolls = 360,
-    finer: Annotated[int, typer.Option("--finer", help="Refinement of the lattice for the convergence check; 1 leaves it out.")] = 2,
+    finer: Annotated[
+        int, typer.Option("--finer", help="Refinement of the lattice for the convergence check; 1 leaves it out.")
+    ] = 2,
     settings: o.Settings = None,
     spherical: o.Spherical = None,
     guide: o.Guide = None,
@@ -288,5 +298,12 @@ def _progress(quiet: bool) -> Any:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("points"), TimeElapsedColumn())
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("points"),
+        TimeElapsedColumn(),
+    )
     return Progress(*columns, console=Console(stderr=True), transient=True, disable=quiet or not sys.stderr.isatty())

@@ -42,7 +42,10 @@ def card(machine: Machine) -> dict[str, Any]:
         "description": machine.about.description,
         "source": machine.about.source,
         "chains": {
-            name: {"copies": chain.copies, "elements": [{"name": e.name, "type": e.type, "actuated": is_actuated(e)} for e in chain.elements]}
+            name: {
+                "copies": chain.copies,
+                "elements": [{"name": e.name, "type": e.type, "actuated": is_actuated(e)} for e in chain.elements],
+            }
             for name, chain in sorted(machine.chains.items())
         },
         "notes": [{"path": n.path, "status": n.status, "source": n.source} for n in machine.about.notes],
@@ -158,7 +161,8 @@ def comparison_json(result: Comparison) -> dict[str, Any]:
         "tests": [
             {
                 "first": t.first, "second": t.second, "quantity": t.quantity, "difference_N_per_m": finite(t.difference),
-                "t": finite(t.t), "degrees_of_freedom": finite(t.freedom), "p": finite(t.p), "p_holm": finite(t.p_holm), "hedges_g": finite(t.effect),
+                "t": finite(t.t), "degrees_of_freedom": finite(t.freedom), "p": finite(t.p),
+                "p_holm": finite(t.p_holm), "hedges_g": finite(t.effect),
             }
             for t in result.tests
         ],

@@ -6,18 +6,55 @@ from typing import Annotated
 
 import typer
 
-Machine = Annotated[str, typer.Argument(help="Name in the catalogue, a .toml file, or either with settings: 'azulay@link.length=200 mm'.", metavar="MACHINE")]
-Machines = Annotated[list[str] | None, typer.Argument(help="Machines as above; the paper's four when none is named.", metavar="[MACHINE]...")]
-Settings = Annotated[list[str] | None, typer.Option("--set", help="Change a dimension: KEY=VALUE with its unit, as in link.length='200 mm'. May be repeated.", metavar="KEY=VALUE")]
-Mode = Annotated[str | None, typer.Option("--mode", help="Working mode, signs per chain as in '++ +- ++'; the machine's own by default.")]
-Spherical = Annotated[str | None, typer.Option("--spherical", help="Ball joints: free, clamped, or a stiffness such as '300 N m/rad'; what the file says by default.")]
-Guide = Annotated[str | None, typer.Option("--guide", help="Carriages on circular guides yield in translation or in rotation; what the file says by default.")]
-Shear = Annotated[bool | None, typer.Option("--shear/--no-shear", help="Beams with shear deflection (Timoshenko) or without; what the file says by default.")]
+Machine = Annotated[
+    str,
+    typer.Argument(
+        help="Name in the catalogue, a .toml file, or either with settings: 'azulay@link.length=200 mm'.", metavar="MACHINE"
+    ),
+]
+Machines = Annotated[
+    list[str] | None, typer.Argument(help="Machines as above; the paper's four when none is named.", metavar="[MACHINE]...")
+]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        help="Change a dimension: KEY=VALUE with its unit, as in link.length='200 mm'. May be repeated.",
+        metavar="KEY=VALUE",
+    ),
+]
+Mode = Annotated[
+    str | None, typer.Option("--mode", help="Working mode, signs per chain as in '++ +- ++'; the machine's own by default.")
+]
+Spherical = Annotated[
+    str | None,
+    typer.Option(
+        "--spherical", help="Ball joints: free, clamped, or a stiffness such as '300 N m/rad'; what the file says by default."
+    ),
+]
+Guide = Annotated[
+    str | None,
+    typer.Option(
+        "--guide", help="Carriages on circular guides yield in translation or in rotation; what the file says by default."
+    ),
+]
+Shear = Annotated[
+    bool | None,
+    typer.Option(
+        "--shear/--no-shear", help="Beams with shear deflection (Timoshenko) or without; what the file says by default."
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON in SI instead of tables.")]
-FigureFile = Annotated[list[str] | None, typer.Option("--figure", help="Draw into this file: .png, or .html (self-contained). May be repeated.", metavar="FILE")]
+FigureFile = Annotated[
+    list[str] | None,
+    typer.Option("--figure", help="Draw into this file: .png, or .html (self-contained). May be repeated.", metavar="FILE"),
+]
 DataFile = Annotated[str | None, typer.Option("--data", help="Write labelled NetCDF into this file.", metavar="FILE.nc")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")]
-Position = Annotated[str | None, typer.Option("--position", help="Platform centre, as in '0 mm, 0 mm, 125 mm'; home by default.", metavar="X,Y,Z")]
+Position = Annotated[
+    str | None,
+    typer.Option("--position", help="Platform centre, as in '0 mm, 0 mm, 125 mm'; home by default.", metavar="X,Y,Z"),
+]
 Azimuth = Annotated[str | None, typer.Option("--azimuth", help="Direction alpha of the tilt, as in '30 deg'.")]
 Tilt = Annotated[str | None, typer.Option("--tilt", help="Tilt beta of the platform normal.")]
 Roll = Annotated[str | None, typer.Option("--roll", help="Roll gamma about the platform normal.")]
@@ -25,7 +62,9 @@ Objective = Annotated[str, typer.Option("--objective", help="What the roll maxim
 Steps = Annotated[int, typer.Option("--steps", help="Lattice steps from pole to rim; 10 gives the paper's 317 points.")]
 Rolls = Annotated[int, typer.Option("--rolls", help="Rolls of the first grid.")]
 Radius = Annotated[str | None, typer.Option("--radius", help="Radius of the hemisphere; the machine's workpiece by default.")]
-Height = Annotated[str | None, typer.Option("--height", help="Height of its centre above {O}; the machine's workpiece by default.")]
+Height = Annotated[
+    str | None, typer.Option("--height", help="Height of its centre above {O}; the machine's workpiece by default.")
+]
 
 
 def quantity(option: str, text: str | None, dimension: str, si: str) -> float | None:

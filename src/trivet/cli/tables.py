@@ -25,7 +25,9 @@ def _console() -> Console:
 
 
 def _table(title: str, *columns: str, left: int = 1) -> Table:
-    table = Table(title=title, title_justify="left", title_style="bold", header_style="", box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    table = Table(
+        title=title, title_justify="left", title_style="bold", header_style="", box=None, pad_edge=False, padding=(0, 2, 0, 0)
+    )
     for k, column in enumerate(columns):
         table.add_column(column, justify="left" if k < left else "right", no_wrap=k < left)
     return table
@@ -66,10 +68,22 @@ def print_machine(machine: Machine) -> None:
     from trivet.model import document_of
 
     about = machine.about
-    _print("\n".join(line for line in (f"{machine.name}: {about.title}", about.description, f"Source: {about.source}" if about.source else "") if line))
+    _print(
+        "\n".join(
+            line
+            for line in (f"{machine.name}: {about.title}", about.description, f"Source: {about.source}" if about.source else "")
+            if line
+        )
+    )
     document = document_of(machine)
     for name, chain in sorted(machine.chains.items()):
-        table = _table(f"chain {name}, {chain.copies} ×, {topology(chain)} (actuated joints in brackets)", "element", "type", "data", left=3)
+        table = _table(
+            f"chain {name}, {chain.copies} ×, {topology(chain)} (actuated joints in brackets)",
+            "element",
+            "type",
+            "data",
+            left=3,
+        )
         for row in document["chains"][name]["elements"]:
             data = ", ".join(f"{k} {_plain(v)}" for k, v in row.items() if k not in ("name", "type") and v is not False)
             table.add_row(row["name"], row["type"], data)
@@ -160,23 +174,53 @@ def load_tables(load: Any) -> list[Table]:
 
 def print_map(result: StiffnessMap) -> None:
     """A stiffness map in short."""
-    _print(f"{result.machine.name}, mode {result.mode}, {result.surface.name}, best roll for {result.objective.name}", _statistics([result]), _points([result]))
+    _print(
+        f"{result.machine.name}, mode {result.mode}, {result.surface.name}, best roll for {result.objective.name}",
+        _statistics([result]),
+        _points([result]),
+    )
 
 
 def _statistics(maps: list[StiffnessMap]) -> Table:
     from trivet.study.comparison import FREE, HELD
     from trivet.study.statistics import moments
 
-    table = _table("stiffness over the points that are reached, N/µm; population variances, (N/µm)²", "machine", "", "n", "mean", "variance", "least", "greatest", left=2)
+    table = _table(
+        "stiffness over the points that are reached, N/µm; population variances, (N/µm)²",
+        "machine",
+        "",
+        "n",
+        "mean",
+        "variance",
+        "least",
+        "greatest",
+        left=2,
+    )
     for result in maps:
         for k, quantity in enumerate((*HELD, *FREE)):
             m = moments(result.diagonal(quantity)[result.used] / 1e6)
-            table.add_row(result.machine.name if k == 0 else "", quantity, str(m.n), f"{m.mean:.3f}", f"{m.variance:.4f}", f"{m.least:.3f}", f"{m.greatest:.3f}")
+            table.add_row(
+                result.machine.name if k == 0 else "",
+                quantity,
+                str(m.n),
+                f"{m.mean:.3f}",
+                f"{m.variance:.4f}",
+                f"{m.least:.3f}",
+                f"{m.greatest:.3f}",
+            )
     return table
 
 
 def _points(maps: list[StiffnessMap]) -> Table:
-    table = _table("check points", "machine", "points", "used", "excluded because", "a limit decides the roll", "several rolls equally good")
+    table = _table(
+        "check points",
+        "machine",
+        "points",
+        "used",
+        "excluded because",
+        "a limit decides the roll",
+        "several rolls equally good",
+    )
     for result in maps:
         reasons = ", ".join(f"{n} × {why}" for why, n in result.exclusions().items()) or "none"
         table.add_row(
@@ -191,23 +235,84 @@ def print_comparison(result: Comparison) -> None:
     from trivet.study.comparison import CAVEATS
 
     maps = list(result.maps)
-    surfaces = "; ".join(f"{m.machine.name}: {m.surface.name} at z0 = {float(m.surface.position[:, 2].min()) * 1e3:g} mm, mode {m.mode}" for m in maps)
+    surfaces = "; ".join(
+        f"{m.machine.name}: {m.surface.name} at z0 = {float(m.surface.position[:, 2].min()) * 1e3:g} mm, mode {m.mode}"
+        for m in maps
+    )
     _print(f"best roll for {maps[0].objective.name}. {surfaces}", _statistics(maps), _points(maps))
     if result.deviations:
-        table = _table("beside published means, N/µm", "machine", "source", "", "n", "published", "ours", "deviation", "variance published", "ours", left=3)
+        table = _table(
+            "beside published means, N/µm",
+            "machine",
+            "source",
+            "",
+            "n",
+            "published",
+            "ours",
+            "deviation",
+            "variance published",
+            "ours",
+            left=3,
+        )
         used = {m.machine.name: int(m.used.sum()) for m in maps}
         for d in result.deviations:
             variance = "" if d.published_variance is None else f"{d.published_variance / 1e12:.3f}"
-            table.add_row(d.machine, d.source, d.quantity, str(used[d.machine]), f"{d.published / 1e6:.3f}", f"{d.ours / 1e6:.3f}", signed_percent(d.relative), variance, f"{d.our_variance / 1e12:.4f}")
+            table.add_row(
+                d.machine,
+                d.source,
+                d.quantity,
+                str(used[d.machine]),
+                f"{d.published / 1e6:.3f}",
+                f"{d.ours / 1e6:.3f}",
+                signed_percent(d.relative),
+                variance,
+                f"{d.our_variance / 1e12:.4f}",
+            )
         _print(table)
     if result.tests:
-        table = _table("Welch's two-tailed t test, p after Holm's correction over all rows", "pair", "", "difference N/µm", "t", "p", "p Holm", "Hedges' g", left=2)
+        table = _table(
+            "Welch's two-tailed t test, p after Holm's correction over all rows",
+            "pair",
+            "",
+            "difference N/µm",
+            "t",
+            "p",
+            "p Holm",
+            "Hedges' g",
+            left=2,
+        )
         for t in result.tests:
-            table.add_row(f"{t.first} - {t.second}", t.quantity, f"{t.difference / 1e6:+.3f}", f"{t.t:.2f}", f"{t.p:.2g}", f"{t.p_holm:.2g}", f"{t.effect:+.2f}")
+            table.add_row(
+                f"{t.first} - {t.second}",
+                t.quantity,
+                f"{t.difference / 1e6:+.3f}",
+                f"{t.t:.2f}",
+                f"{t.p:.2g}",
+                f"{t.p_holm:.2g}",
+                f"{t.effect:+.2f}",
+            )
         _print(table)
     if result.convergence:
-        table = _table("convergence: means on a finer lattice", "machine", "", "points", "mean N/µm", "finer points", "mean N/µm", "change", left=2)
+        table = _table(
+            "convergence: means on a finer lattice",
+            "machine",
+            "",
+            "points",
+            "mean N/µm",
+            "finer points",
+            "mean N/µm",
+            "change",
+            left=2,
+        )
         for c in result.convergence:
-            table.add_row(c.machine, c.quantity, str(c.points), f"{c.mean / 1e6:.4f}", str(c.finer_points), f"{c.finer_mean / 1e6:.4f}", f"{100 * c.relative:+.2f} %")
+            table.add_row(
+                c.machine,
+                c.quantity,
+                str(c.points),
+                f"{c.mean / 1e6:.4f}",
+                str(c.finer_points),
+                f"{c.finer_mean / 1e6:.4f}",
+                f"{100 * c.relative:+.2f} %",
+            )
         _print(table)
     _print("\n".join(f"Mind: {caveat}" for caveat in CAVEATS))

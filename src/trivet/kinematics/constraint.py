@@ -72,5 +72,3 @@ def _reflect(wrenches: list[Wrench], powers: list[Scalar]) -> list[Wrench]:
     for wrench, component in zip(wrenches, mirror, strict=True):
         total = total.plus(wrench, component)
     return [w.plus(total, -mul(component, scale)) for w, component in zip(wrenches[1:], mirror[1:], strict=True)]
-
-

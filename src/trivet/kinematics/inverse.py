@@ -37,7 +37,7 @@ def family_of(leg: Leg) -> ModuleType:
         for family in FAMILIES:
             if family.matches(core):
                 return family
-    kinds = " ".join(e.type for e in leg.chain.elements)  # type: ignore[attr-defined]
+    kinds = " ".join(e.type for e in leg.chain.elements)
     raise InputError(f"chains.{leg.name}: no closed-form inverse kinematics for the chain {kinds}")
 
 
@@ -79,7 +79,8 @@ def inverse(leg: Leg, pose: Frame, signs: Scalar) -> Posture:
     core = _after_offsets(tuple(rest))
     leading = rest[: len(rest) - len(core)]
     for offset in leading:
-        frame = offset.advance(frame, None)
+        assert isinstance(offset, Offset)
+        frame = offset.advance(frame)
     solved, reach = family.solve(core, frame, plane_end, signs[ELBOW])
     return Posture(heading, plane_end, (coordinate, *(None for _ in leading), *solved), reach)
 
@@ -88,7 +89,7 @@ def _on_guide(guide: Element, base: Frame, end: Vec, side: Scalar) -> tuple[Angl
     """Heading of the chain's frame, P in it, and the coordinate of the guide."""
     local = end - base.origin
     if isinstance(guide, Curvilinear):
-        # Divisions by the radius rather than products with its reciprocal: XLA turns 1/sqrt into a call that cannot be vectorised.
+        # Divided by the radius, not multiplied by its reciprocal: XLA turns 1/sqrt into a call that cannot be vectorised.
         radius = mul(side, jnp.sqrt(local.x * local.x + local.y * local.y))
         heading = Angle(local.x / radius, local.y / radius)
         turned = Angle(heading.cos * base.x.x + heading.sin * base.x.y, heading.sin * base.x.x - heading.cos * base.x.y)

@@ -10,7 +10,7 @@ from trivet.errors import InputError
 from trivet.kinematics.constraint import transmitted
 from trivet.kinematics.inverse import inverse
 from trivet.kinematics.walk import walk
-from trivet.model import Leg, Machine
+from trivet.model import Machine
 from trivet.model.elements import Drivable, Element
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import jax
@@ -57,14 +58,15 @@ def joint_state(machine: Machine, pose: Frame, signs: Scalar) -> JointState:
                 continue
             plain = coordinate if isinstance(element, Prismatic) else jnp.arctan2(coordinate.sin, coordinate.cos)
             gauge = limited.get(element.name)
-            if gauge is None:
-                columns.append((plain, plain, -math.inf, math.inf))
-            elif gauge.is_sine:
-                columns.append((plain, jnp.arcsin(gauge.value), *element.travel))  # type: ignore[attr-defined]
-            else:
-                columns.append((plain, gauge.value, gauge.low, gauge.high))
-    arrays = [jnp.stack([jnp.asarray(v, dtype=float) for v in column]) for column in zip(*columns, strict=True)]
-    return JointState(*arrays, jnp.stack([jnp.asarray(r, dtype=float) for r in reach]))
+            low, high = element.travel or (-math.inf, math.inf)
+            measured = plain if gauge is None else jnp.arcsin(gauge.value) if gauge.is_sine else gauge.value
+            columns.append((plain, measured, low, high))
+    coordinate, measured, lows, highs = (_stack(column) for column in zip(*columns, strict=True))
+    return JointState(coordinate, measured, lows, highs, _stack(reach))
+
+
+def _stack(values: Sequence[Scalar]) -> Scalar:
+    return jnp.stack([jnp.asarray(v, dtype=float) for v in values])
 
 
 joint_states = jax.jit(jax.vmap(joint_state, in_axes=(None, 0, None)))
@@ -94,7 +96,9 @@ def shortfall(machine: Machine, state: JointState, roll_index: int = 0) -> Short
         worst = int(np.argmin(np.where(np.isnan(reach), -np.inf, reach)))
         missing = math.sqrt(-reach[worst]) * 1e3 if reach[worst] < 0 else math.nan
         where = legs[worst].name
-        return Shortfall(UNREACHABLE, where, None, f"{where} cannot close: its links are too short or too long (off by {missing:.3g} mm)")
+        return Shortfall(
+            UNREACHABLE, where, None, f"{where} cannot close: its links are too short or too long (off by {missing:.3g} mm)"
+        )
     outside = travel_excess(state)[roll_index]
     worst = int(np.argmax(outside))
     if outside[worst] <= 0:
@@ -113,4 +117,6 @@ def travel_excess(state: JointState) -> Any:
     gauge, low, high = (np.asarray(a) for a in (state.gauge, state.low, state.high))
     limited = np.isfinite(low)
     span = np.where(limited, high - low, 1.0)
-    return np.where(limited, np.maximum(np.where(limited, low, 0.0) - gauge, gauge - np.where(limited, high, 0.0)) / span, -np.inf)
+    return np.where(
+        limited, np.maximum(np.where(limited, low, 0.0) - gauge, gauge - np.where(limited, high, 0.0)) / span, -np.inf
+    )

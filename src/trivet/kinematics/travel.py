@@ -8,7 +8,7 @@ import jax.numpy as jnp
 
 from trivet.kinematics.walk import Coordinate, Posture, walk
 from trivet.model import Leg
-from trivet.model.elements import Curvilinear, Element, Prismatic, Revolute
+from trivet.model.elements import Drivable, Element, Prismatic, Revolute
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
 
@@ -16,7 +16,7 @@ from trivet.space.scalar import Scalar
 class Gauge(NamedTuple):
     """A joint against its travel: value, lower and upper limit on one monotonic scale (m, rad, or the sine of an elevation)."""
 
-    joint: Element
+    joint: Drivable
     value: Scalar
     low: Scalar
     high: Scalar
@@ -36,7 +36,7 @@ def gauges_along(steps: list[tuple[Element, Frame, Coordinate]], coordinates: tu
     """Every limited joint of a walk whose frames have z upright; the coordinates stand apart, as a walk may start at rest."""
     found = []
     for index, (element, frame, coordinate) in enumerate(steps):
-        if not isinstance(element, (Curvilinear, Prismatic, Revolute)) or element.travel is None:
+        if not isinstance(element, Drivable) or element.travel is None:
             continue
         low, high = element.travel
         if isinstance(element, Prismatic):

@@ -41,7 +41,9 @@ def walk(elements: tuple[Element, ...], posture: Posture) -> list[tuple[Element,
     return walk_from(IDENTITY, elements, (at_rest(elements[0]), *posture.coordinates[1:]))
 
 
-def walk_from(frame: Frame, elements: tuple[Element, ...], coordinates: tuple[Coordinate, ...]) -> list[tuple[Element, Frame, Coordinate]]:
+def walk_from(
+    frame: Frame, elements: tuple[Element, ...], coordinates: tuple[Coordinate, ...]
+) -> list[tuple[Element, Frame, Coordinate]]:
     """Every element with the frame in which it starts and its coordinate, in the axes of the first frame."""
     steps = []
     for element, coordinate in zip(elements, coordinates, strict=True):

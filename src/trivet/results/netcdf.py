@@ -17,11 +17,13 @@ if TYPE_CHECKING:
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 
 
-def labelled(machine: Machine, variables: Mapping[str, tuple[Any, ...]], coordinates: Mapping[str, Any], **attributes: Any) -> xr.Dataset:
+def labelled(
+    machine: Machine, variables: Mapping[str, tuple[Any, ...]], coordinates: Mapping[str, Any], **attributes: Any
+) -> xr.Dataset:
     """A dataset from variables given as (dimensions, values, unit, meaning)."""
-    import xarray as xr
-
     from importlib.metadata import version
+
+    import xarray as xr
 
     return xr.Dataset(
         {
@@ -29,7 +31,13 @@ def labelled(machine: Machine, variables: Mapping[str, tuple[Any, ...]], coordin
             for name, (dimensions, values, unit, meaning) in variables.items()
         },
         coords={name: list(values) for name, values in coordinates.items()},
-        attrs={"machine": machine.name, "machine_file": to_text(machine), "trivet_version": version("trivet"), "Conventions": "CF-1.11"} | attributes,
+        attrs={
+            "machine": machine.name,
+            "machine_file": to_text(machine),
+            "trivet_version": version("trivet"),
+            "Conventions": "CF-1.11",
+        }
+        | attributes,
     )
 
 

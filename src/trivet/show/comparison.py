@@ -28,7 +28,7 @@ def _picture(result: Comparison, path: Path) -> None:
     from matplotlib.figure import Figure
 
     columns = max(3, len(result.maps))
-    canvas = Figure(figsize=(3.9 * columns, 8.2), layout="constrained")
+    canvas: Any = Figure(figsize=(3.9 * columns, 8.2), layout="constrained")
     FigureCanvasAgg(canvas)
     upper, lower = canvas.subfigures(2, 1, height_ratios=[1.05, 1])
     upper.suptitle("Stiffness over the check points, best roll for " + result.maps[0].objective.name)
@@ -38,7 +38,9 @@ def _picture(result: Comparison, path: Path) -> None:
     for axes, stiffness_map in zip(np.ravel(lower.subplots(1, columns)), result.maps, strict=False):
         values, unit = scaled(stiffness_map, "K_xx")
         scatter_map(axes, stiffness_map, values, f"K_xx, {unit}", shared)
-        axes.set_title(f"{stiffness_map.machine.name}: {int(stiffness_map.used.sum())} of {len(stiffness_map.surface)} points", fontsize=10)
+        axes.set_title(
+            f"{stiffness_map.machine.name}: {int(stiffness_map.used.sum())} of {len(stiffness_map.surface)} points", fontsize=10
+        )
     for axes in np.ravel(lower.axes)[len(result.maps) : columns]:
         if not axes.has_data():
             axes.set_axis_off()
@@ -61,9 +63,23 @@ def _distributions(axes: Any, result: Comparison, quantity: str) -> None:
             body.set_facecolor(SERIES[k % len(SERIES)])
             body.set_alpha(0.6)
     axes.scatter(places, [s.mean() for s in samples], marker="_", s=900, color="black", label="mean")
-    published = [(k, d.published / 1e6) for k, m in zip(places, result.maps, strict=True) for d in result.deviations if d.machine == m.machine.name and d.quantity == quantity]
+    published = [
+        (k, d.published / 1e6)
+        for k, m in zip(places, result.maps, strict=True)
+        for d in result.deviations
+        if d.machine == m.machine.name and d.quantity == quantity
+    ]
     if published:
-        axes.scatter(*zip(*published, strict=True), marker="D", s=34, facecolor="none", edgecolor=VERMILLION, linewidth=1.6, label="published mean", zorder=3)
+        axes.scatter(
+            *zip(*published, strict=True),
+            marker="D",
+            s=34,
+            facecolor="none",
+            edgecolor=VERMILLION,
+            linewidth=1.6,
+            label="published mean",
+            zorder=3,
+        )
     axes.set_xticks(places, [m.machine.name for m in result.maps], rotation=20 if len(places) > 3 else 0)
     axes.set_ylabel(f"{quantity}, N/µm")
     axes.set_ylim(bottom=0)
@@ -94,5 +110,9 @@ def _page(result: Comparison, path: Path) -> None:
             row=1, col=column,
         )  # fmt: skip
     page.update_yaxes(rangemode="tozero")
-    page.update_layout(title="Stiffness over the check points, best roll for " + result.maps[0].objective.name, template="simple_white", height=560)
+    page.update_layout(
+        title="Stiffness over the check points, best roll for " + result.maps[0].objective.name,
+        template="simple_white",
+        height=560,
+    )
     page.write_html(path, include_plotlyjs=True, full_html=True)

@@ -31,7 +31,13 @@ def scaled(result: StiffnessMap, quantity: str) -> tuple[Any, str]:
     return result.diagonal(quantity) / (1.0 if rotational else 1e6), "N m/rad" if rotational else "N/µm"
 
 
-def draw_map(result: StiffnessMap, path: str | os.PathLike[str], quantities: tuple[str, ...] = ("K_xx", "K_yy", "K_zz"), *, overwrite: bool = False) -> None:
+def draw_map(
+    result: StiffnessMap,
+    path: str | os.PathLike[str],
+    quantities: tuple[str, ...] = ("K_xx", "K_yy", "K_zz"),
+    *,
+    overwrite: bool = False,
+) -> None:
     """Draw quantities over the check points, and the best roll (PNG or self-contained HTML)."""
     suffix = check_suffix(path)
     with replacing(path, overwrite=overwrite) as temporary:
@@ -39,7 +45,8 @@ def draw_map(result: StiffnessMap, path: str | os.PathLike[str], quantities: tup
 
 
 def _title(result: StiffnessMap) -> str:
-    return f"{result.machine.name}, {result.surface.name}, mode {result.mode}: {int(result.used.sum())} of {len(result.surface)} points reached"
+    reached = f"{int(result.used.sum())} of {len(result.surface)} points reached"
+    return f"{result.machine.name}, {result.surface.name}, mode {result.mode}: {reached}"
 
 
 def _panels(result: StiffnessMap, quantities: tuple[str, ...]) -> list[tuple[str, Any, str]]:
@@ -90,7 +97,8 @@ def _page(result: StiffnessMap, quantities: tuple[str, ...], path: Path) -> None
                 x=x, y=y, mode="markers", showlegend=False,
                 marker={"color": values, "colorscale": "Cividis", "colorbar": bar, "size": 9},
                 customdata=np.degrees(np.stack([result.surface.tilt, result.best.roll], axis=1)),
-                hovertemplate=f"x %{{x:.3g}} mm, y %{{y:.3g}} mm<br>tilt %{{customdata[0]:.4g}}°, roll %{{customdata[1]:.4g}}°<br>{name} %{{marker.color:.5g}} {unit}<extra></extra>",
+                hovertemplate="x %{x:.3g} mm, y %{y:.3g} mm<br>tilt %{customdata[0]:.4g}°, roll %{customdata[1]:.4g}°<br>"
+                f"{name} %{{marker.color:.5g}} {unit}<extra></extra>",
             ),
             row=1, col=k,
         )  # fmt: skip

@@ -20,7 +20,7 @@ from trivet.kinematics.inverse import inverse
 from trivet.kinematics.jacobian import is_actuated
 from trivet.kinematics.walk import Coordinate, walk_from
 from trivet.model import Leg, Machine
-from trivet.model.elements import Beam, Flexibility, Joint, Offset, Prismatic, Profile, Stock
+from trivet.model.elements import Beam, Joint, Offset, Prismatic, Profile, Stock
 from trivet.model.elements.base import Direction
 from trivet.model.elements.beam import beam_axes
 from trivet.space.frame import Frame
@@ -191,15 +191,15 @@ def _joint(
     """The connection which a joint makes: slack along its slack freedoms, sprung where it has a stiffness, else rigid."""
     # A beam on a slide is an element of its own here; only the drive yields in the joint.
     bare = dataclasses.replace(joint, beam=None) if isinstance(joint, Prismatic) else joint
-    slack = [Flexibility(np.inf, twist) for twist in bare.slack(frame, coordinate, at)]
-    sprung = list(bare.flexibilities(frame, coordinate, at, build.stock))
-    yielding = [build.screw(f.twist) for f in slack + sprung]
+    slack = bare.slack(frame, coordinate, at)
+    sprung = bare.flexibilities(frame, coordinate, at, build.stock)
+    yielding = [build.screw(twist) for twist in (*slack, *(f.twist for f in sprung))]
     drive = None
     if is_actuated(joint):
         twist = sprung[0].twist if sprung else joint.freedoms(frame, coordinate, at)[0]
         drive = build.screw(twist)
     screws = np.stack(yielding, axis=-1) if yielding else np.zeros((*build.shape, 6, 0))
-    rates = np.array([1 / float(f.compliance) for f in slack + sprung])
+    rates = np.array([0.0] * len(slack) + [1 / float(f.compliance) for f in sprung])
     return Connection(name, *nodes, build.array(at), screws, rates, drive)
 
 

@@ -68,8 +68,11 @@ def _value(machine: Machine, frame: Frame, roll: Angle, signs: Scalar, scalar: O
 @partial(jax.jit, static_argnames="scalar")
 def on_grid(machine: Machine, frames: Frame, rolls: Angle, signs: Scalar, scalar: Objective) -> Scalar:
     """Objective at every point and roll: frames (n,), rolls (m,), result (n, m); minus infinity where not reached."""
-    by_roll = jax.vmap(lambda frame, roll: _value(machine, frame, roll, signs, scalar), (None, 0))
-    return jax.vmap(by_roll, (0, None))(frames, rolls)
+
+    def row(frame: Frame) -> Scalar:
+        return jax.vmap(lambda roll: _value(machine, frame, roll, signs, scalar))(rolls)
+
+    return jax.vmap(row)(frames)
 
 
 @partial(jax.jit, static_argnames="scalar")
@@ -155,7 +158,7 @@ def _hills(values: NDArray[Any], most: int) -> NDArray[Any]:
 
 
 def _settle(tops: NDArray[Any], roll: NDArray[Any], cut: NDArray[Any]) -> tuple[NDArray[Any], ...]:
-    """Of the tops that were climbed: the smallest roll of the best, its value, how many are as good, whether a limit decided."""
+    """Of the tops: the smallest roll of the best, its value, how many are as good, whether a limit decided."""
     best = tops.max(axis=1)
     found = np.isfinite(best)
     equal = np.isfinite(tops) & (tops >= np.where(found, best - TIE * np.abs(best), 0)[:, None])

@@ -38,13 +38,13 @@ def compliance(machine: Machine, stiffness: NDArray[Any]) -> NDArray[Any]:
     homogeneous = scale @ stiffness @ scale
     singular_values = np.linalg.svd(homogeneous, compute_uv=False)
     if not singular_values[-1] > SINGULAR * singular_values[0]:
-        raise NoResultError(f"{machine.name}: the stiffness is singular at this pose; the platform moves freely along some twist")
+        raise NoResultError(
+            f"{machine.name}: the stiffness is singular at this pose; the platform moves freely along some twist"
+        )
     return scale @ np.linalg.inv(homogeneous) @ scale
 
 
-def compliance_budget(
-    machine: Machine, pose: Frame, signs: Any, stiffness: NDArray[Any], wrench: NDArray[Any]
-) -> list[Share]:
+def compliance_budget(machine: Machine, pose: Frame, signs: Any, stiffness: NDArray[Any], wrench: NDArray[Any]) -> list[Share]:
     """Shares of all compliant elements in the deflection under a wrench, greatest first.
 
     The deflection along the load is twice the strain energy per unit load, and the energy is a sum over the elements:

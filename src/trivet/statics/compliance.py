@@ -26,7 +26,7 @@ from trivet.model import Chain, Leg, Machine
 from trivet.model.elements import Element, Flexibility, Stock
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
-from trivet.space.screw import Wrench
+from trivet.space.screw import Twist, Wrench
 from trivet.space.symmetric import Symmetric, dot
 
 
@@ -43,7 +43,8 @@ class LegCompliance(NamedTuple):
 
 def leg_compliance(leg: Leg, posture: Posture, stock: Stock) -> LegCompliance:
     """Compliance of one chain at its platform joint."""
-    slack, parts = [], []
+    slack: list[Twist] = []
+    parts: list[tuple[Element, Flexibility]] = []
     for element, frame, coordinate in walk(leg.chain.elements, posture):
         # The walk rests the first joint; a beam on it is as long as its coordinate all the same.
         slack += element.slack(frame, coordinate, posture.end)
@@ -84,9 +85,7 @@ def platform_stiffness(machine: Machine, pose: Frame, signs: Scalar) -> tuple[Sy
         The 6 x 6 stiffness at the platform centre in {O} (forces first; N/m, N/rad, N m/rad), and whether the pose is
         reached with all joints inside their travel.
     """
-    parts = [
-        leg_stiffness(machine, leg.chain, leg.rotation, pose, signs[index]) for index, leg in enumerate(machine.legs)
-    ]
+    parts = [leg_stiffness(machine, leg.chain, leg.rotation, pose, signs[index]) for index, leg in enumerate(machine.legs)]
     entries = [reduce(operator.add, column) for column in zip(*(upper for upper, _ in parts), strict=True)]
     return Symmetric.of(6, entries), reduce(operator.and_, (inside for _, inside in parts))
 

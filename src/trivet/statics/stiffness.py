@@ -50,7 +50,7 @@ def stream(machine: Machine, poses: Iterator[Frame], signs: Any) -> Iterator[tup
         The 21 upper entries (SI) and the reached flags, arrays of shape (CHUNK, TILE).
     """
     run = partial(_tiles, jax.tree.map(jnp.asarray, machine), signs=jnp.asarray(signs))
-    yield from in_threads(lambda pose: jax.block_until_ready(run(pose)), poses)
+    yield from in_threads(lambda pose: jax.block_until_ready(run(pose)), poses)  # type: ignore[no-untyped-call]
 
 
 def stiffness(machine: Machine, poses: Frame, signs: Any) -> tuple[Any, Any]:

@@ -83,7 +83,15 @@ class Comparison:
         """Our means beside the published ones which the machine files carry."""
         samples = self.samples()
         return [
-            Deviation(name, p.source, p.quantity, p.mean, samples[name][p.quantity].mean, p.variance, samples[name][p.quantity].variance)
+            Deviation(
+                name,
+                p.source,
+                p.quantity,
+                p.mean,
+                samples[name][p.quantity].mean,
+                p.variance,
+                samples[name][p.quantity].variance,
+            )
             for m in self.maps
             for name, p in ((m.machine.name, p) for p in m.machine.about.published)
         ]
@@ -137,10 +145,13 @@ def compare(
     def over(machine: Any, scale: int) -> StiffnessMap:
         surface = surface_of(machine, steps * scale, radius, height)
         return stiffness_map(
-            machine, surface, objective=objective, mode=mode, rolls=rolls, progress=lambda points: progress(machine.name, points)
+            machine,
+            surface,
+            objective=objective,
+            mode=mode,
+            rolls=rolls,
+            progress=lambda points: progress(machine.name, points),
         )
 
     maps = tuple(over(m, 1) for m in chosen)
     return Comparison(maps, tuple(over(m, finer) for m in chosen) if finer > 1 else ())
-
-

@@ -33,7 +33,12 @@ def map_dataset(result: StiffnessMap) -> xr.Dataset:
             "azimuth": (("point",), result.surface.azimuth, "rad", "alpha of R = Rz(alpha) Ry(beta) Rz(gamma)"),
             "tilt": (("point",), result.surface.tilt, "rad", "beta"),
             "roll": (("point",), result.best.roll, "rad", "gamma, best roll; NaN where no roll reaches"),
-            "objective": (("point",), result.best.value, "N m/rad" if result.objective.is_rotational else "N/m", f"{result.objective.name}, maximised over the roll"),
+            "objective": (
+                ("point",),
+                result.best.value,
+                "N m/rad" if result.objective.is_rotational else "N/m",
+                f"{result.objective.name}, maximised over the roll",
+            ),
             "ties": (("point",), result.best.ties, "1", "number of rolls that are equally good"),
             "at_limit": (("point",), result.best.at_limit.astype(np.int8), "1", "1 where a joint limit decides the roll"),
             "stiffness": (("point", "row", "column"), result.matrix, mixed, "stiffness at the platform centre in {O}"),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
-from typing import Literal
 
 from trivet.errors import InputError
 from trivet.model import Machine, load
@@ -43,7 +42,7 @@ def parse_settings(pairs: Iterable[str]) -> dict[str, str]:
 def switched(
     machine: Machine,
     spherical: str | None = None,
-    guide: Literal["translation", "rotation"] | None = None,
+    guide: str | None = None,
     shear: bool | None = None,
 ) -> Machine:
     """A machine with switches of the static model thrown; None leaves what the machine file says.
@@ -51,7 +50,7 @@ def switched(
     Args:
         machine: the machine.
         spherical: "free", "clamped" or a rotational stiffness with its unit ("300 N m/rad").
-        guide: how carriages on circular guides give way.
+        guide: how carriages on circular guides give way, "translation" or "rotation".
         shear: whether beams deflect in shear (Timoshenko) or not (Euler-Bernoulli).
     """
     if spherical in ("free", "clamped"):
@@ -64,5 +63,5 @@ def switched(
     if guide is not None:
         if guide not in ("translation", "rotation"):
             raise InputError(f'guide "{guide}": expected translation or rotation')
-        machine = machine.with_guide(guide)
+        machine = machine.with_guide(guide)  # type: ignore[arg-type]
     return machine if shear is None else machine.with_theory("timoshenko" if shear else "euler-bernoulli")

@@ -66,8 +66,10 @@ class PoseReport:
         """All joints with their limits."""
         rows = []
         for k, (name, element) in enumerate(zip(joint_names(self.machine), joint_elements(self.machine), strict=True)):
-            numbers = (float(a[0, k]) for a in (self.state.coordinate, self.state.gauge, self.state.low, self.state.high))
-            rows.append(JointRow(name, "m" if isinstance(element, Prismatic) else "rad", *numbers, element.actuated))
+            state = self.state
+            coordinate, limited, low, high = (float(a[0, k]) for a in (state.coordinate, state.gauge, state.low, state.high))
+            unit = "m" if isinstance(element, Prismatic) else "rad"
+            rows.append(JointRow(name, unit, coordinate, limited, low, high, element.actuated))
         return rows
 
     @property
@@ -122,8 +124,10 @@ class PoseReport:
         """Masses of links, joints and platform at this pose (kg), by "leg-1.link" and "platform"."""
         return masses(self.machine, self.frame, self.signs)
 
-    def load(self, force: Sequence[float] = _NONE, moment: Sequence[float] = _NONE, gravity: Sequence[float] = _NONE) -> LoadResult:
-        """Deflections, reactions and drive loads under force (N) and moment (N m) at the tool tip and gravity (m/s^2), in {O}."""
+    def load(
+        self, force: Sequence[float] = _NONE, moment: Sequence[float] = _NONE, gravity: Sequence[float] = _NONE
+    ) -> LoadResult:
+        """Deflections and drive loads under force (N) and moment (N m) at the tool tip and gravity (m/s^2), in {O}."""
         return load_case(self.machine, self.frame, self.signs, force, moment, gravity)
 
 

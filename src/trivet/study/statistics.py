@@ -47,8 +47,8 @@ class Test:
 def welch(first: Moments, second: Moments) -> tuple[float, float, float, float]:
     """t, degrees of freedom, two-tailed p and Hedges' g (Welch 1947; Hedges 1981), with variances by divisor n - 1.
 
-    Two constant samples have t = 0 and p = 1 when they are equal, else infinite t and p = 0; a sample of one has no variance and
-    gives NaN.
+    Two constant samples have t = 0 and p = 1 when they are equal, else infinite t and p = 0; a sample of one has no
+    variance and gives NaN.
     """
     from scipy.special import stdtr  # late; scipy.stats is a second slower to import than the one function needs
 
@@ -60,7 +60,12 @@ def welch(first: Moments, second: Moments) -> tuple[float, float, float, float]:
     pooled = ((first.n - 1) * a + (second.n - 1) * b) / (first.n + second.n - 2)
     if square == 0:
         same = difference == 0
-        return (0.0 if same else math.copysign(math.inf, difference)), math.nan, float(same), 0.0 if same else math.copysign(math.inf, difference)
+        return (
+            (0.0 if same else math.copysign(math.inf, difference)),
+            math.nan,
+            float(same),
+            0.0 if same else math.copysign(math.inf, difference),
+        )
     t = difference / math.sqrt(square)
     freedom = square**2 / ((a / first.n) ** 2 / (first.n - 1) + (b / second.n) ** 2 / (second.n - 1))
     small = 1 - 3 / (4 * (first.n + second.n) - 9)

@@ -171,4 +171,3 @@ def stiffness_map(
         first = next(iter(result.excluded.values()))
         raise NoResultError(f"{machine.name}: no point of the {surface.name} is reached in mode {result.mode}; {first.reason}")
     return result
-

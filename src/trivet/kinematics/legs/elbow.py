@@ -26,7 +26,10 @@ def matches(elements: tuple[Element, ...]) -> bool:
 def solve(elements: tuple[Element, ...], frame: Frame, end: Vec, elbow: Scalar) -> tuple[tuple[Coordinate, ...], Scalar]:
     """Coordinates (two hinge Angles, the second relative to the first link) and reach (m^2)."""
     first, lower, second, upper, _ = elements
-    assert isinstance(first, Revolute) and isinstance(lower, Beam) and isinstance(second, Revolute) and isinstance(upper, Beam)
+    assert isinstance(first, Revolute)
+    assert isinstance(lower, Beam)
+    assert isinstance(second, Revolute)
+    assert isinstance(upper, Beam)
     to_end = end - frame.origin
     square = to_end @ to_end
     # Foot of the middle hinge on the line to the end, and its distance from that line.

@@ -32,5 +32,3 @@ def hinge_angle(hinge: Joint, before: Vec, after: Vec) -> Angle:
     """The angle by which a hinge has turned a direction in the plane into another; both of unit length."""
     assert isinstance(hinge, Revolute)
     return Angle(before @ after, mul(before.cross(after).y, hinge.axis[1]))
-
-

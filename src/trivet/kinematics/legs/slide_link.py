@@ -27,7 +27,9 @@ def matches(elements: tuple[Element, ...]) -> bool:
 def solve(elements: tuple[Element, ...], frame: Frame, end: Vec, elbow: Scalar) -> tuple[tuple[Coordinate, ...], Scalar]:
     """Coordinates (slide m, hinge Angle) and reach (m^2)."""
     slide, hinge, link, _ = elements
-    assert isinstance(slide, Prismatic) and isinstance(hinge, Revolute) and isinstance(link, Beam)
+    assert isinstance(slide, Prismatic)
+    assert isinstance(hinge, Revolute)
+    assert isinstance(link, Beam)
     along = frame.direction(slide.axis)
     across = Y.cross(along)
     to_end = end - frame.origin
@@ -43,5 +45,3 @@ def _forward(along: Vec) -> float:
     """Which way along the slide is inward and up: +1 or -1; inward decides at 45 degrees."""
     inward_up = float(along.z) - float(along.x)
     return 1.0 if inward_up > 0 or (inward_up == 0 and along.x < 0) else -1.0
-
-

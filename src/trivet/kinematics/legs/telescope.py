@@ -23,7 +23,8 @@ def matches(elements: tuple[Element, ...]) -> bool:
 def solve(elements: tuple[Element, ...], frame: Frame, end: Vec, elbow: Scalar) -> tuple[tuple[Coordinate, ...], Scalar]:
     """Coordinates (hinge Angle, length m) and reach (m^2, never below zero)."""
     hinge, slide, _ = elements
-    assert isinstance(hinge, Revolute) and isinstance(slide, Prismatic)
+    assert isinstance(hinge, Revolute)
+    assert isinstance(slide, Prismatic)
     to_end = end - frame.origin
     square = to_end @ to_end
     length = jnp.sqrt(square)

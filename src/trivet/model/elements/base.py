@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import equinox as eqx
-from pydantic import StrictBool, BeforeValidator, Field, PlainSerializer, StringConstraints, WithJsonSchema
+from pydantic import BeforeValidator, Field, PlainSerializer, StrictBool, StringConstraints, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from trivet.model.quantity import Mass
@@ -147,6 +147,7 @@ class Drivable(Joint):
     actuated: Annotated[StrictBool, Field(description="Whether a drive moves the joint.")] = eqx.field(
         static=True, default=False, kw_only=True
     )
+    travel: eqx.AbstractVar[tuple[float, float] | None]
     stiffness: eqx.AbstractVar[float | None]
 
     @property

@@ -21,7 +21,7 @@ class Curvilinear(Drivable):
     type: Literal["curvilinear"] = eqx.field(static=True)
     radius: PositiveLength
     """Radius of the guide circle."""
-    travel: tuple[AngleValue, AngleValue] | None = None
+    travel: tuple[AngleValue, AngleValue] | None = eqx.field(default=None, kw_only=True)
     """Range of the angle; all round when not given."""
     stiffness: Stiffness | None = eqx.field(default=None, kw_only=True)
     """Stiffness of drive and carriage along the guide; rigid when not given."""
@@ -38,6 +38,7 @@ class Curvilinear(Drivable):
         if self.stiffness is None:
             return ()
         if self.yields == "rotation":
-            return (Flexibility(1 / (self.stiffness * self.radius * self.radius), rotation(frame.z, frame.origin, at), self.part),)
+            rate = self.stiffness * self.radius * self.radius
+            return (Flexibility(1 / rate, rotation(frame.z, frame.origin, at), self.part),)
         tangent = frame.turn((0.0, 0.0, 1.0), coordinate).y
         return (Flexibility(1 / self.stiffness, translation(tangent), self.part),)

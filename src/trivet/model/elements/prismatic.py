@@ -6,7 +6,7 @@ from typing import Literal
 
 import equinox as eqx
 
-from trivet.model.elements.base import Drivable, Axis, Direction, Flexibility, Profile, Stock
+from trivet.model.elements.base import Axis, Direction, Drivable, Flexibility, Profile, Stock
 from trivet.model.elements.beam import along, beam_flexibilities
 from trivet.model.quantity import Length, Stiffness
 from trivet.space.frame import Frame
@@ -23,7 +23,7 @@ class Prismatic(Drivable):
     type: Literal["prismatic"] = eqx.field(static=True)
     axis: Axis = eqx.field(static=True)
     """Direction of positive travel."""
-    travel: tuple[Length, Length] | None = None
+    travel: tuple[Length, Length] | None = eqx.field(default=None, kw_only=True)
     """Range of the distance; unlimited when not given."""
     stiffness: Stiffness | None = eqx.field(default=None, kw_only=True)
     """Stiffness of the drive along the axis; rigid when not given."""

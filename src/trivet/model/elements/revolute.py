@@ -6,7 +6,7 @@ from typing import Literal
 
 import equinox as eqx
 
-from trivet.model.elements.base import Drivable, Axis, Flexibility, Stock
+from trivet.model.elements.base import Axis, Drivable, Flexibility, Stock
 from trivet.model.quantity import AngleValue, RotationalStiffness
 from trivet.space.frame import Angle, Frame
 from trivet.space.screw import Twist, rotation
@@ -21,7 +21,7 @@ class Revolute(Drivable):
     type: Literal["revolute"] = eqx.field(static=True)
     axis: Axis = eqx.field(static=True)
     """Axis of the hinge."""
-    travel: tuple[AngleValue, AngleValue] | None = None
+    travel: tuple[AngleValue, AngleValue] | None = eqx.field(default=None, kw_only=True)
     """Range of what `measure` says; unlimited when not given."""
     measure: Literal["angle", "elevation"] = eqx.field(static=True, default="angle")
     """What the travel limits: the angle turned, or the elevation of the next body above the base plane (asin(P_z/L))."""

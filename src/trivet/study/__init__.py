@@ -1,0 +1,1 @@
+"""What designers ask: one pose, a surface of poses, several machines side by side."""
