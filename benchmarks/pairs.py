@@ -1,0 +1,40 @@
+"""Timing two calls in turn, so that a machine whose speed drifts does not decide the ratio."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+PAIRS = 21
+
+
+@dataclass(frozen=True)
+class Paired:
+    """Times (s) of interleaved pairs."""
+
+    ours: np.ndarray
+    peer: np.ndarray
+
+    @property
+    def ratio(self) -> tuple[float, float, float]:
+        """Median and quartiles of peer time over our time, pair by pair: how many times faster we are."""
+        return tuple(float(q) for q in np.quantile(self.peer / self.ours, [0.5, 0.25, 0.75]))  # type: ignore[return-value]
+
+
+def seconds(call: Callable[[], Any]) -> float:
+    start = time.perf_counter()
+    call()
+    return time.perf_counter() - start
+
+
+def paired(ours: Callable[[], Any], peer: Callable[[], Any], pairs: int = PAIRS) -> Paired:
+    """Both calls warmed twice, then timed in turn; each must return only when its work is done."""
+    for _ in range(2):
+        ours()
+        peer()
+    times = np.array([(seconds(ours), seconds(peer)) for _ in range(pairs)])
+    return Paired(times[:, 0], times[:, 1])
