@@ -14,7 +14,7 @@ from trivet.kinematics.mode import parse_mode
 from trivet.model import Machine, load, parse
 from trivet.space.frame import IDENTITY, Frame
 from trivet.space.pose import zyz_frame
-from trivet.statics.assembly import PLATFORM, Structure, assemble_standing
+from trivet.statics.assembly import PLATFORM, Structure, assemble, assemble_standing
 from trivet.statics.load import load_case, masses, weight
 from trivet.statics.structure import solve
 
@@ -151,6 +151,21 @@ def test_drives_carry_what_the_jacobian_says(name: str) -> None:
     np.testing.assert_allclose(jacobian.T @ tau, [*FORCE, *MOMENT], rtol=1e-8)
     assert result.drives["leg-1.guide"].unit == "N m"
     assert result.drives[actuator_names(machine)[3]].unit == ("N m" if name == "glozman" else "N")
+
+
+@pytest.mark.parametrize("name", PAPER)
+def test_drives_carry_what_their_springs_do(name: str) -> None:
+    machine, pose, signs = stand(name, "clamped")
+    structure = assemble(machine, pose, signs)
+    loads = np.zeros((len(structure.nodes), 6, 1))
+    loads[PLATFORM, :, 0] = *FORCE, *MOMENT
+    eta = iter(solve(structure, loads).deflections[:, 0])
+    drives = load_case(machine, pose, signs, FORCE, MOMENT).drives
+    for tie in structure.connections:
+        yielded = [next(eta) for _ in tie.rates]
+        if tie.drive is not None:
+            assert drives[tie.name].load == pytest.approx(tie.rates[0] * yielded[0], rel=1e-9)
+    assert drives["leg-1.guide"].unit == "N"  # it yields straight, though it travels on a circle
 
 
 def test_a_stiff_drive_carries_the_same_load_as_a_soft_one() -> None:
