@@ -8,7 +8,12 @@ import os
 # The systems are small: threads inside LAPACK cost more than they bring.  To be set before NumPy is imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+import hypothesis
 import pytest
+
+# A first call compiles, and machines are shared: slow is no fault.
+hypothesis.settings.register_profile("trivet", deadline=None)
+hypothesis.settings.load_profile("trivet")
 
 
 def pytest_configure(config: pytest.Config) -> None:

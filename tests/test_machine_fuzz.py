@@ -141,7 +141,7 @@ def load_document(name: str) -> Document:
 TEXT = to_text(load("azulay")).encode()
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=300, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.integers(0, len(TEXT)), st.integers(0, 40), st.one_of(st.binary(max_size=12), st.text(max_size=6).map(str.encode)))
 def test_any_bytes_anywhere(tmp_path: Path, start: int, length: int, inserted: bytes) -> None:
     path = tmp_path / "m.toml"

@@ -54,7 +54,7 @@ def bits(value: float) -> bytes:
 
 
 @pytest.mark.parametrize("name", KINDS)
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(value=st.floats(allow_nan=False, allow_infinity=False))
 def test_writing_and_reading_gives_the_same_bits(name: str, value: float) -> None:
     kind = KINDS[name]
@@ -64,7 +64,7 @@ def test_writing_and_reading_gives_the_same_bits(name: str, value: float) -> Non
 
 
 @pytest.mark.parametrize(("kind", "unit", "factor"), EXACT, ids=[f"{kind.dimension} in {unit}" for kind, unit, _ in EXACT])
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(value=st.floats(min_value=1e-200, max_value=1e200))
 def test_reading_is_exact(kind: Quantity, unit: str, factor: Fraction, value: float) -> None:
     assert kind.parse(f"{value!r} {unit}") == float(Fraction(repr(value)) * factor)

@@ -217,7 +217,7 @@ def test_an_indefinite_matrix_is_inverted_too() -> None:
     close(dense(matrix.inverse()) @ dense(matrix), np.eye(4))
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(vectors, directions, st.floats(0.1, 3))
 def test_derivatives_pass_through_frames(point: Vec, axis: tuple[float, float, float], value: float) -> None:
     def place(turned: Scalar) -> jax.Array:

@@ -37,10 +37,10 @@ class Frame(NamedTuple):
         versine = sub(1, angle.cos)
 
         def turned(v: Vec) -> Vec:
-            along = v @ a
-            if abs(along) == 1:
+            across = a.cross(v)
+            if not any(across):  # not v @ a == 1, which rounding grants to axes that are nearly along v
                 return v
-            return v * angle.cos + a.cross(v) * angle.sin + a * mul(along, versine)
+            return v * angle.cos + across * angle.sin + a * mul(v @ a, versine)
 
         return Frame(self.origin, *(self.direction(turned(v)) for v in (X, Y, Z)))
 
