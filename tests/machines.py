@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from trivet.kinematics.inverse import inverse
-from trivet.model import Machine, load
+from trivet.model import Machine, document_of, load, parse
 from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
 from trivet.space.vector import Vec
@@ -62,6 +62,15 @@ def difference(machine: Machine, found: np.ndarray, expected: np.ndarray) -> np.
     scale = np.r_[np.ones(3), np.full(3, 1 / float(machine.characteristic_length))]
     weight = scale[:, None] * scale
     return np.linalg.norm((found - expected) * weight, axis=(-2, -1)) / np.linalg.norm(expected * weight, axis=(-2, -1))
+
+
+def bracketed() -> Machine:
+    """The paper's machine with a rigid bracket of 0.2 kg on the carriage, and a platform with its mass off centre."""
+    document = document_of(load("azulay"))
+    bracket = {"name": "bracket", "type": "offset", "vector": ["5 mm", "0 mm", "3 mm"], "mass": "0.2 kg"}
+    document["chains"]["leg"]["elements"].insert(1, bracket)
+    document["platform"] = {"mass": "0.5 kg", "centre_of_mass": ["3 mm", "-2 mm", "20 mm"]}
+    return parse(document)
 
 
 def random_stands(machine: Machine, count: int, seed: int) -> tuple[Frame, np.ndarray]:

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from machines import PAPER
+from machines import PAPER, bracketed
 
 from trivet.errors import InputError
 from trivet.kinematics.jacobian import actuator_names, inverse_jacobian
 from trivet.kinematics.mode import parse_mode
-from trivet.model import Machine, load, parse
+from trivet.model import Machine, document_of, load, parse
 from trivet.space.frame import IDENTITY, Frame
 from trivet.space.pose import zyz_frame
 from trivet.statics.assembly import PLATFORM, Structure, assemble, assemble_standing
@@ -188,6 +188,29 @@ def test_masses() -> None:
     end = np.array([float(c) for c in pose.shift((0.018, 0, 0)).origin])
     slide = end @ [np.cos(theta), np.sin(theta), 0] + np.sqrt(0.216**2 - end[2] ** 2) - 0.162
     assert found["leg-1.slide"] == pytest.approx(7870 * area * slide, rel=1e-9)
+
+
+def test_lumps_pull_where_they_are() -> None:
+    """Without beams' weight: balls at the platform joints, brackets half at either end, the platform at its centre of mass."""
+    machine = bracketed()
+    document = document_of(machine)
+    document["chains"]["leg"]["elements"][-1]["mass"] = "0.05 kg"
+    for material in document["materials"].values():
+        material["density"] = "1e-9 kg/m^3"
+    machine = parse(document)
+    _, pose, signs = stand("azulay")
+    expected = np.zeros(3)
+    centre = np.array([float(c) for c in pose.shift((0.003, -0.002, 0.020)).origin])
+    expected += 0.5 * np.cross(centre, GRAVITY)
+    for azimuth in np.radians([0, 120, 240]):
+        ball = np.array([float(c) for c in pose.shift((0.018 * np.cos(azimuth), 0.018 * np.sin(azimuth), 0.0)).origin])
+        out = ball * [1, 1, 0] / np.hypot(*ball[:2])
+        expected += 0.05 * np.cross(ball, GRAVITY)
+        for end in (0.162 * out, 0.167 * out + [0, 0, 0.003]):
+            expected += 0.1 * np.cross(end, GRAVITY)
+    result = load_case(machine, pose, signs, gravity=GRAVITY)
+    np.testing.assert_allclose(result.applied, [*(1.25 * np.array(GRAVITY)), *expected], rtol=1e-8, atol=1e-9)
+    assert masses(machine, pose, signs)["leg-2.bracket"] == pytest.approx(0.2)
 
 
 @pytest.mark.parametrize("force", [(1.0, 2.0), (1.0, 2.0, np.nan), (1.0, 2.0, np.inf)])
