@@ -256,6 +256,8 @@ def test_status_marks_the_joint_it_names() -> None:
     painted = paint(seen.shapes, "leg-2.hinge elevation at 72 deg is above its limit of 70 deg")
     assert {p.shape.name for p in painted if p.is_marked} == {"leg-2.hinge"}
     assert {p.colour for p in painted if p.is_marked} == {MARKED}
+    shown = {label.text for label in seen.labelled({"leg-2.hinge"})}
+    assert shown == {"leg-1.guide", "leg-1.slide", "leg-1.hinge", "leg-1.ball", "leg-2.hinge"}
     assert MARKED not in {p.colour for p in paint(seen.shapes)}
     assert heading(load("azulay"), seen, "leg-2.hinge")[2] == "leg-2.hinge"
 

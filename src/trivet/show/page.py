@@ -21,7 +21,11 @@ def write_page(painted: list[Painted], seen: Scene, heading: list[str], path: Pa
     look = {"backgroundcolor": "#F7F7F7", "gridcolor": "#D9D9D9", "showspikes": False}
     space: dict[str, Any] = {f"{letter}axis": {"title": {"text": f"{letter}, mm"}, **look} for letter in "xyz"}
     marked = {p.shape.name for p in painted if p.is_marked}
-    space |= {"aspectmode": "data", "camera": _CAMERA, "annotations": _words(seen.frames) + _names(seen.joints, marked)}
+    space |= {
+        "aspectmode": "data",
+        "camera": _CAMERA,
+        "annotations": _words(seen.frames) + _names(seen.labelled(marked), marked),
+    }
     figure.update_layout(
         title={"text": "<br>".join(_lines(heading)), "font": {"size": 17}, "x": 0.02},
         scene=space,

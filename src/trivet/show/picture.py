@@ -37,7 +37,8 @@ def write_picture(painted: list[Painted], seen: Scene, heading: list[str], path:
     picture = render([_facets(axes, item) for item in painted], WIDTH, HEIGHT)
     figure.figimage(picture, origin="upper", zorder=5)
     _name_frames(figure, axes, seen.frames)
-    _name_joints(figure, axes, seen.joints, {p.shape.name for p in painted if p.is_marked})
+    marked = {p.shape.name for p in painted if p.is_marked}
+    _name_joints(figure, axes, seen.labelled(marked), marked)
     _add_legend(figure, painted)
     for line, (text, size) in enumerate(zip(heading, (17, 13, 13), strict=False)):
         figure.text(0.02, 0.955 - 0.035 * line, text, fontsize=size, color=MARKED if line == 2 else "black")

@@ -36,12 +36,18 @@ class Scene(NamedTuple):
 
     shapes: tuple[Shape, ...]
     joints: tuple[Label, ...]
+    """Names of all joints."""
+    first: frozenset[str]
     """Names of the joints of the first chain of each kind: the others are its copies."""
     frames: tuple[Label, ...]
     """Names of the frames {O} and {E} and of their axes, and of the chains at their feet."""
     mode: str
     """Working mode as written; empty where the chains were closed numerically."""
     pose: Frame
+
+    def labelled(self, marked: set[str]) -> tuple[Label, ...]:
+        """The joints whose names a drawing shows: one of each kind, and those that are marked."""
+        return tuple(label for label in self.joints if label.text in self.first | marked)
 
 
 def home_pose(machine: Machine) -> Frame:
@@ -68,13 +74,14 @@ def scene(machine: Machine, pose: Frame | None = None, mode: str | None = None) 
     found = list(_ground(machine, unit))
     joints: list[Label] = []
     frames: list[Label] = []
+    first: set[str] = set()
     for leg, steps in stands:
         found += _rails(leg, steps, unit)
         found += _bodies(machine, leg, steps)
         markers = {shape.name: shape for shape in _joints(leg, steps, unit)}
         found += _joints(leg, steps, unit)
-        if leg.rotation == 0:
-            joints += [Label(name, (shape.start + shape.end) / 2) for name, shape in markers.items()]
+        joints += [Label(name, (shape.start + shape.end) / 2) for name, shape in markers.items()]
+        first |= markers.keys() if leg.rotation == 0 else set()
         frames.append(Label(leg.name, _foot(steps, unit)))
     found += _platform(machine, pose, unit)
     size = 0.5 * max(float(np.ptp(np.concatenate([s.rings.reshape(-1, 3) for s in found]), axis=0).max()), 1e-3)
@@ -84,7 +91,7 @@ def scene(machine: Machine, pose: Frame | None = None, mode: str | None = None) 
             Label(f"{axis}{'' if name == 'O' else '_E'}", _point(frame) + 1.12 * reach * column)
             for axis, column in zip("xyz", _axes(frame).T, strict=True)
         ]
-    return Scene(tuple(_once(found)), tuple(joints), tuple(frames), written, pose)
+    return Scene(tuple(_once(found)), tuple(joints), frozenset(first), tuple(frames), written, pose)
 
 
 def _stand(machine: Machine, pose: Frame, mode: str | None) -> tuple[list[tuple[Leg, list[Step]]], str]:
