@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from trivet.errors import InputError, NoResultError
 from trivet.kinematics.mode import mode_text, parse_mode
-from trivet.kinematics.report import JointState, Shortfall, joint_states, shortfall, travel_excess
+from trivet.kinematics.report import OUTSIDE_TRAVEL, JointState, Shortfall, joint_states, shortfall, travel_excess
 from trivet.model import Machine
 from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
@@ -24,7 +24,7 @@ from trivet.statics.objective import Objective
 from trivet.statics.objective import objective as read_objective
 from trivet.statics.stiffness import stiffness
 
-_ROLLS_FOR_REASONS = 72
+_ROLLS_FOR_REASONS, _POINTS_FOR_REASONS = 72, 64
 
 
 @dataclass(frozen=True)
@@ -86,11 +86,16 @@ class StiffnessMap:
         signs = parse_mode(self.machine, self.mode)
         rolls = 2 * math.pi / _ROLLS_FOR_REASONS * np.arange(_ROLLS_FOR_REASONS)
         reasons: dict[int, Shortfall] = {}
-        for k in missing:
-            frames = zyz_frame(self.surface.position[[k]], self.surface.azimuth[k], self.surface.tilt[k], rolls)
-            frames = Frame(*(type(v)(*(np.broadcast_to(c, rolls.shape) for c in v)) for v in frames))
-            state = JointState(*(np.asarray(a) for a in joint_states(self.machine, frames, signs)))
-            reasons[int(k)] = _nearest_miss(self.machine, state)
+        for start in range(0, len(missing), _POINTS_FOR_REASONS):
+            points = missing[start : start + _POINTS_FOR_REASONS]
+            # Always as many, the last one again and again, so that one compiled kernel serves.
+            index = np.repeat(np.pad(points, (0, _POINTS_FOR_REASONS - len(points)), mode="edge"), _ROLLS_FOR_REASONS)
+            surface, roll = self.surface, np.tile(rolls, _POINTS_FOR_REASONS)
+            frames = zyz_frame(surface.position[index], surface.azimuth[index], surface.tilt[index], roll)
+            states = [np.asarray(a) for a in joint_states(self.machine, frames, signs)]
+            for k, point in enumerate(points):
+                rows = slice(k * _ROLLS_FOR_REASONS, (k + 1) * _ROLLS_FOR_REASONS)
+                reasons[int(point)] = _nearest_miss(self.machine, JointState(*(a[rows] for a in states)))
         return reasons
 
     def exclusions(self) -> dict[str, int]:
@@ -115,10 +120,10 @@ def _nearest_miss(machine: Machine, state: JointState) -> Shortfall:
     excess = travel_excess(state).max(axis=1)
     closes = np.all(state.reach >= 0, axis=1)
     reach = np.nan_to_num(np.min(state.reach, axis=1), nan=-np.inf)
-    order = np.lexsort((-reach, np.nan_to_num(excess, nan=np.inf), ~closes)) if closes.any() else np.argsort(-reach)
-    found = shortfall(machine, state, int(order[0]))
-    assert found is not None, "the roll grid reached the point after all"
-    return found
+    order = np.lexsort((-reach, np.nan_to_num(excess, nan=np.inf), ~closes))
+    misses = (shortfall(machine, state, int(roll)) for roll in order)
+    narrow = "is reached only in a window of rolls that is narrower than the grid"
+    return next((m for m in misses if m is not None), Shortfall(OUTSIDE_TRAVEL, "", "roll", narrow))
 
 
 def surface_of(machine: Machine, steps: int = 10, radius: float | None = None, height: float | None = None) -> Surface:
