@@ -35,9 +35,31 @@ def arguments(machine: Machine, surface: Surface, rolls: int) -> tuple[Any, ...]
 
 def make(clamped: bool) -> Callable[..., Any]:
     """The loop, with ball joints clamped or free; gives the best K_xx per point, or -1."""
+    # ruff: noqa: E501
 
     @numba.njit(parallel=True, fastmath=True, error_model="numpy")
-    def best(x, y, z, azimuth, tilt, cos_roll, sin_roll, ax, ay, foot, length, by_guide, by_slide, by_area, by_inertia, by_torsion, low, high, sine_low, sine_high):  # type: ignore[no-untyped-def]  # noqa: E501
+    def best(
+        x,
+        y,
+        z,
+        azimuth,
+        tilt,
+        cos_roll,
+        sin_roll,
+        ax,
+        ay,
+        foot,
+        length,
+        by_guide,
+        by_slide,
+        by_area,
+        by_inertia,
+        by_torsion,
+        low,
+        high,
+        sine_low,
+        sine_high,
+    ):  # type: ignore[no-untyped-def]
         found = np.empty(x.size)
         link_axial, link_bend, link_twist = length * by_area, length * by_inertia, length * by_torsion
         link_end, link_slope = length * length * link_bend / 3, length * link_bend / 2
@@ -72,7 +94,9 @@ def make(clamped: bool) -> Callable[..., Any]:
                     else:
                         cross = sine * cosine * (end - by_slide - axial)
                         normal = link_end + sine * sine * (by_slide + axial) + end * cosine * cosine
-                        radial = (cosine * cosine * normal + 2 * cosine * sine * cross + sine * sine * along) / (along * normal - cross * cross)
+                        radial = (cosine * cosine * normal + 2 * cosine * sine * cross + sine * sine * along) / (
+                            along * normal - cross * cross
+                        )
                         f1, f2 = -twist * pz - link_slope * sine, slope - bend * arm - link_slope * cosine
                         m11 = twist + link_twist * cosine * cosine + link_bend * sine * sine
                         m22 = bend + link_twist * sine * sine + link_bend * cosine * cosine

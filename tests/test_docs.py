@@ -15,7 +15,7 @@ import pytest
 from trivet.model import load
 
 DOCS = Path(__file__).parents[1] / "docs"
-PAGES = sorted(DOCS.glob("*.md")) + [DOCS.parent / "README.md"]
+PAGES = [*sorted(DOCS.glob("*.md")), DOCS.parent / "README.md"]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 NAME = re.compile(r'^name = "(.*)"$', re.MULTILINE)
 

@@ -1,0 +1,221 @@
+"""The commands: output, JSON, files, and every kind of bad input with its message and exit code."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from trivet.cli import main
+from trivet.model import catalogue
+
+COMMAND = [sys.executable, "-m", "trivet"]
+
+
+@pytest.fixture
+def trivet(
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> Callable[..., tuple[int, str, str]]:
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["trivet", *arguments])
+        with pytest.raises(SystemExit) as stop:
+            main()
+        out, err = capfd.readouterr()
+        return int(stop.value.code or 0), out, err
+
+    return run
+
+
+def test_list(trivet: Any) -> None:
+    code, out, _ = trivet("list")
+    assert code == 0
+    assert all(name in out for name in catalogue())
+    code, out, _ = trivet("list", "--json")
+    assert [m["name"] for m in json.loads(out)] == catalogue()
+
+
+@pytest.mark.parametrize("name", catalogue())
+def test_show_every_machine(trivet: Any, name: str, tmp_path: Path) -> None:
+    code, out, _ = trivet("show", name, "--figure", "m.png", "--figure", "m.html")
+    assert code == 0
+    assert name in out
+    assert (tmp_path / "m.png").stat().st_size > 10_000
+    assert (tmp_path / "m.html").stat().st_size > 100_000
+    code, out, _ = trivet("show", name, "--toml")
+    (tmp_path / "again.toml").write_text(out)
+    assert trivet("show", "again.toml", "--toml")[1] == out
+    assert "dimensions_SI" in json.loads(trivet("show", name, "--json")[1])
+
+
+def test_pose_says_everything(trivet: Any) -> None:
+    options = ("pose", "azulay", "--position", "1 mm, 2 mm, 12 cm", "--tilt", "20 deg", "--force", "10 N, 0 N, 0 N", "--weight")
+    code, out, _ = trivet(*options)
+    assert code == 0
+    for words in ("leg-3.hinge", "compliance budget", "1/C_ii", "deflection under the load", "leg-1.slide drive"):
+        assert words in out
+    found = json.loads(trivet(*options, "--json")[1])
+    assert found["reached"] is True
+    assert found["position_m"] == [0.001, 0.002, 0.12]
+    k = found["stiffness_SI"]
+    assert found["diagonal"]["K_xx_N_per_m"] == k[0][0]
+    assert sum(s["share"] for s in found["compliance_budget"]["y"]) == pytest.approx(1)
+    assert found["masses_kg"]["leg-1.link"] == pytest.approx(7870 * 0.216 * 3.14159 / 4 * (0.019**2 - 0.014**2), rel=1e-5)
+
+
+def test_map_and_compare_write_files(trivet: Any, tmp_path: Path) -> None:
+    code, out, err = trivet("map", "azulay", "--steps", "4", "--figure", "a.png", "--figure", "a.html", "--data", "a.nc")
+    assert (code, err.count("wrote")) == (0, 3)
+    assert "K_xx" in out
+    assert "http" not in (tmp_path / "a.html").read_text().split("<script")[0]
+    found = json.loads(trivet("map", "azulay", "--steps", "4", "--json")[1])
+    assert len(found["by_point"]["K_xx_N_per_m"]) == found["points"] == 49
+    code, out, _ = trivet(
+        "compare", "azulay", "eclipse", "--steps", "4", "--figure", "c.png", "--figure", "c.html", "--data", "c.nc"
+    )
+    assert code == 0
+    assert "Welch" in out
+    found = json.loads(trivet("compare", "azulay", "eclipse", "--steps", "4", "--json")[1])
+    assert len(found["tests"]) == 3
+    assert found["machines"][0]["statistics"]["K_zz"]["mean_N_per_m"] == pytest.approx(5.4e6, rel=0.02)
+
+
+def test_switches_change_the_model(trivet: Any) -> None:
+    def stiffness(*options: str) -> float:
+        return float(
+            json.loads(trivet("pose", "azulay", "--tilt", "30 deg", "--json", *options)[1])["diagonal"]["1/C_xx_N_per_m"]
+        )
+
+    clamped, free, elastic = stiffness(), stiffness("--spherical", "free"), stiffness("--spherical", "300 N m/rad")
+    assert free < elastic < clamped
+    assert stiffness("--shear") < clamped
+    assert stiffness("--guide", "rotation") != clamped
+    assert stiffness("--mode", "+- ++ ++", "--anyway") != clamped
+    assert stiffness("--set", "tube.outer_diameter=25 mm") > clamped
+
+
+WRONG = [
+    (("show", "azulai"), "did you mean 'azulay'"),
+    (("show", "nowhere.toml"), "cannot be read"),
+    (("pose", "azulay", "--set", "link.lenght=200 mm"), "link.length"),
+    (("pose", "azulay", "--set", "link.length"), "expected KEY=VALUE"),
+    (("pose", "azulay", "--set", "link.length=200"), "unit is missing"),
+    (("pose", "azulay", "--set", "link.length=216 N"), "not a unit of length"),
+    (("pose", "azulay", "--set", "link.length=-216 mm"), "greater than zero"),
+    (("pose", "azulay", "--set", "link.length=0 mm"), "greater than zero"),
+    (("pose", "azulay", "--set", "link.length=nan mm"), "finite number"),
+    (("pose", "azulay", "--set", "tube.inner_diameter=19 mm"), "not smaller than the outer diameter"),
+    (("pose", "azulay", "--position", "0 mm, 0 mm"), "three values"),
+    (("pose", "azulay", "--position", "0, 0, 125 mm"), "unit is missing"),
+    (("pose", "azulay", "--tilt", "20 mm"), "not a unit of angle"),
+    (("pose", "azulay", "--tilt", "nan deg"), "finite"),
+    (("pose", "azulay", "--force", "1 m, 0 N, 0 N"), "not a unit of force"),
+    (("pose", "azulay", "--mode", "+"), 'the signs "++ ++ ++"'),
+    (("pose", "azulay", "--spherical", "loose"), "free, clamped or a stiffness"),
+    (("pose", "azulay", "--guide", "both"), "translation or rotation"),
+    (("pose", "gough-stewart"), "closed-form"),
+    (("map", "azulay", "--steps", "0"), "without points"),
+    (("map", "azulay", "--steps", "many"), "steps"),
+    (("map", "azulay", "--radius", "-1 mm"), "radius"),
+    (("map", "azulay", "--rolls", "1"), "rolls"),
+    (("map", "azulay", "--objective", "K_xz"), "objective"),
+    (("map", "azulay", "--steps", "2", "--figure", "a.gif"), ".png or .html"),
+    (("map", "azulay", "--steps", "2", "--data", "/proc/nowhere/a.nc"), "cannot be written"),
+    (("map", "gough-stewart", "--radius", "1 mm", "--height", "1 m"), "closed-form"),
+    (("compare", "azulay", "azulay"), "given twice"),
+    (("compare", "--finer", "0"), "finer"),
+    (("nonsense",), "nonsense"),
+    (("map", "azulay", "--nonsense"), "nonsense"),
+    (("map",), "MACHINE"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("arguments", "message"), WRONG, ids=[" ".join(a) for a, _ in WRONG])
+def test_wrong_input_is_one_line_and_exit_code_2(trivet: Any, arguments: tuple[str, ...], message: str, tmp_path: Path) -> None:
+    code, out, err = trivet(*arguments)
+    assert code == 2
+    assert out == ""
+    assert message in err
+    assert len(err.strip().splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+NOTHING = [
+    (("pose", "azulay", "--position", "0 mm, 0 mm, 500 mm"), "leg-1 cannot close"),
+    (("pose", "azulay", "--position", "0 mm, 0 mm, 50 mm"), "above its limit of 65 mm"),
+    (("map", "azulay", "--height", "400 mm", "--steps", "2"), "no point of the hemisphere"),
+    (("compare", "azulay", "eclipse", "--height", "121 mm", "--steps", "2"), "eclipse: no point"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "message"), NOTHING, ids=[" ".join(a) for a, _ in NOTHING])
+def test_no_result_is_exit_code_1(trivet: Any, arguments: tuple[str, ...], message: str) -> None:
+    code, out, err = trivet(*arguments)
+    assert (code, out) == (1, "")
+    assert message in err
+    assert len(err.strip().splitlines()) == 1
+
+
+def test_files_are_not_overwritten_unasked(trivet: Any, tmp_path: Path) -> None:
+    (tmp_path / "a.png").write_text("precious")
+    code, _, err = trivet("map", "azulay", "--steps", "2", "--figure", "a.png")
+    assert code == 2
+    assert "exists already" in err
+    assert (tmp_path / "a.png").read_text() == "precious"
+    assert trivet("map", "azulay", "--steps", "2", "--figure", "a.png", "--overwrite")[0] == 0
+    assert (tmp_path / "a.png").read_bytes()[1:4] == b"PNG"
+
+
+@pytest.mark.skipif(os.geteuid() == 0 and not Path("/proc").exists(), reason="needs a folder that nobody can write")
+def test_an_unwritable_folder_is_told_before_the_work(trivet: Any) -> None:
+    start = time.monotonic()
+    code, _, err = trivet("map", "azulay", "--steps", "300", "--data", "/proc/a.nc")
+    assert (code, time.monotonic() - start < 20) == (2, True)
+    assert "/proc/a.nc" in err
+
+
+def test_a_file_of_100_megabytes_is_refused(trivet: Any, tmp_path: Path) -> None:
+    with (tmp_path / "big.toml").open("wb") as stream:
+        stream.truncate(100_000_000)
+    code, _, err = trivet("show", "big.toml")
+    assert code == 2
+    assert "larger than" in err
+
+
+def test_interruption_leaves_nothing(tmp_path: Path) -> None:
+    arguments = ["map", "azulay", "--steps", "900", "--data", "a.nc", "--figure", "a.png"]
+    process = subprocess.Popen([*COMMAND, *arguments], cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    time.sleep(12)
+    assert process.poll() is None, "still at work"
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert err.strip().splitlines() == ["trivet: interrupted"]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_output_into_a_closed_pipe_is_no_error() -> None:
+    done = subprocess.run(
+        f"{sys.executable} -m trivet show azulay | head -1", shell=True, capture_output=True, text=True, check=True
+    )
+    assert done.stderr == ""
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = (
+        "import sys\nsys.argv = ['trivet', '--help']\nfrom trivet.cli import main\n"
+        "try:\n    main()\nexcept SystemExit:\n    pass\n"
+        "print(*({'jax', 'numpy', 'pydantic', 'matplotlib', 'scipy', 'xarray', 'pint'} & set(sys.modules)), file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stderr.strip() == ""
+    assert "compare" in done.stdout
