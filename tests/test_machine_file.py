@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 import os
+import tracemalloc
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from documents import ABSENT, message_of, same, validator, with_change, written
 
@@ -216,7 +218,33 @@ def test_a_huge_file_is_not_read(tmp_path: Path) -> None:
     path = tmp_path / "huge.toml"
     with path.open("wb") as stream:
         stream.truncate(100_000_000)
-    assert "huge.toml: larger than 1000000 bytes" in message_of(lambda: load(path))
+    tracemalloc.start()
+    try:
+        assert "huge.toml: larger than 1000000 bytes" in message_of(lambda: load(path))
+        assert tracemalloc.get_traced_memory()[1] < 10_000_000
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_deep_file_is_refused_before_settings_are_sought_in_it(tmp_path: Path) -> None:
+    path = file(tmp_path, "a" + ".a" * 5_000 + " = 1")
+    assert "nested too deeply" in message_of(lambda: load(path, {"home.tilt": "1 deg"}))
+
+
+def test_a_long_value_is_quoted_in_short() -> None:
+    text = message_of(lambda: parse(with_change(written("azulay"), "theory", "x" * 10_000)))
+    assert len(text) < 200
+
+
+def test_an_axis_is_normalised_once() -> None:
+    rng = np.random.default_rng(1)
+    for size in (1e-300, 1.0, 7.0, 1e300):
+        for direction in rng.normal(size=(50, 3)):
+            given = [float(c) for c in direction * size]
+            once = document_of(parse(with_change(written("azulay"), f"{LINK}/axis", given)))
+            (axis,) = (e["axis"] for e in once["chains"]["leg"]["elements"] if e["name"] == "link")
+            np.testing.assert_allclose(axis, direction / np.linalg.norm(direction), rtol=1e-14)
+            assert document_of(parse(once)) == once
 
 
 @pytest.mark.parametrize(

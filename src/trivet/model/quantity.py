@@ -39,11 +39,8 @@ def _factor(unit: str, si: str) -> Decimal | None:
     """Decimal factor from a unit to the SI unit, or None when the dimensions differ or the unit is unknown."""
     registry = _registry()
     try:
-        found, wanted = registry.parse_units(re.sub("[\u00b5\u03bc]", "u", unit)), registry.parse_units(si)
-        if found.dimensionality != wanted.dimensionality:
-            return None
-        return Decimal(registry.Quantity(Decimal(1), found).to(wanted).magnitude)
-    except Exception:  # pint raises a dozen kinds, among them tokenizer errors, for a unit it cannot read
+        return Decimal(registry.Quantity(Decimal(1), registry.parse_units(unit)).to(si).magnitude)
+    except Exception:  # pint raises a dozen kinds, among them tokenizer errors, for a unit it cannot read or convert
         return None
 
 
