@@ -10,7 +10,7 @@ import xarray as xr
 import trivet
 from trivet.errors import InputError
 from trivet.study.comparison import Comparison
-from trivet.study.statistics import holm, moments, tests, welch
+from trivet.study.statistics import every_pair, holm, moments, welch
 
 # Means of K_xx, K_yy, K_zz (N/um) that an independent study of the paper found with the settings which the catalogue files
 # state; the paper's own means are in the files.  Agreement within 2 % is what the study's rounding and unstated details allow.
@@ -83,7 +83,7 @@ def test_holm_by_hand() -> None:
 
 def test_the_family_is_every_pair_and_axis(comparison: Comparison) -> None:
     assert len(comparison.tests) == 15 * 3
-    family = tests(comparison.samples())
+    family = every_pair(comparison.samples())
     assert [t.p_holm for t in family] == holm([t.p for t in family])
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from trivet.errors import InputError
 from trivet.study.machines import MachineLike, choose
-from trivet.study.statistics import Moments, Test, moments, tests
+from trivet.study.statistics import Moments, WelchTest, every_pair, moments
 from trivet.study.stiffness_map import StiffnessMap, stiffness_map, surface_of
 
 PAPER_MACHINES = ("azulay", "eclipse", "alizade", "glozman")
@@ -74,9 +74,9 @@ class Comparison:
         return {m.machine.name: {q: moments(m.diagonal(q)[m.used]) for q in quantities} for m in self.maps}
 
     @cached_property
-    def tests(self) -> list[Test]:
+    def tests(self) -> list[WelchTest]:
         """Welch's test for every pair and axis, p corrected by Holm over the whole family."""
-        return tests(self.samples())
+        return every_pair(self.samples())
 
     @cached_property
     def deviations(self) -> list[Deviation]:

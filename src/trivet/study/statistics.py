@@ -26,7 +26,7 @@ def moments(sample: NDArray[Any]) -> Moments:
 
 
 @dataclass(frozen=True)
-class Test:
+class WelchTest:
     """Welch's two-tailed test of the null hypothesis that two samples have one mean."""
 
     first: str
@@ -83,13 +83,13 @@ def holm(p: list[float]) -> list[float]:
     return corrected
 
 
-def tests(samples: dict[str, dict[str, Moments]]) -> list[Test]:
+def every_pair(samples: dict[str, dict[str, Moments]]) -> list[WelchTest]:
     """Every pair of machines on every quantity: samples[machine][quantity]."""
     names = list(samples)
     cases = [(a, b, q) for i, a in enumerate(names) for b in names[i + 1 :] for q in samples[a]]
     found = [welch(samples[a][q], samples[b][q]) for a, b, q in cases]
     corrected = holm([p for _, _, p, _ in found])
     return [
-        Test(a, b, q, samples[a][q].mean - samples[b][q].mean, t, freedom, p, ph, effect)
+        WelchTest(a, b, q, samples[a][q].mean - samples[b][q].mean, t, freedom, p, ph, effect)
         for (a, b, q), (t, freedom, p, effect), ph in zip(cases, found, corrected, strict=True)
     ]
