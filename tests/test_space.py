@@ -98,6 +98,12 @@ def test_a_turn_is_about_the_frames_own_axis(start: Frame, axis: tuple[float, fl
     close(turned.origin, start.origin)
 
 
+@pytest.mark.parametrize("aside", [1e-12, 1e-9, 1e-8, 1e-4])
+def test_an_axis_nearly_along_one_of_the_frame(aside: float) -> None:
+    axis = (math.cos(aside), math.sin(aside), 0.0)
+    np.testing.assert_allclose(IDENTITY.turn(axis, angle(1.0)).matrix(), rodrigues(axis, 1.0), rtol=0, atol=1e-15)
+
+
 @given(frames)
 def test_axes_are_orthonormal_and_right_handed(found: Frame) -> None:
     matrix = np.array(found.matrix(), dtype=float)

@@ -18,7 +18,7 @@ from pydantic_core import PydanticCustomError, core_schema
 
 NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?"
 _QUANTITY = re.compile(rf"\s*([+-]?{NUMBER}|[+-]?(?:nan|inf(?:inity)?)(?![a-z]))\s*(.*?)\s*$", re.IGNORECASE)
-# Names with one-digit powers, no more: pint evaluates what it is given, and "m^9^9^9" would keep it busy for years.
+# Names with one-digit powers, no more: pint would evaluate whole expressions.
 _POWER = r"(?:(?:\^|\*\*)-?[1-9]|[²³⁴])?"
 _UNIT = re.compile(rf"[^\W\d_]+{_POWER}(?:(?:\s*[*/]\s*|\s+)[^\W\d_]+{_POWER})*")
 _LONGEST = 80
