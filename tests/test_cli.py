@@ -193,7 +193,15 @@ def test_a_file_of_100_megabytes_is_refused(trivet: Any, tmp_path: Path) -> None
 
 def test_interruption_leaves_nothing(tmp_path: Path) -> None:
     arguments = ["map", "azulay", "--steps", "900", "--data", "a.nc", "--figure", "a.png"]
-    process = subprocess.Popen([*COMMAND, *arguments], cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [*COMMAND, *arguments],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        # A shell that runs the tests in the background has its children ignore the signal.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
     time.sleep(12)
     assert process.poll() is None, "still at work"
     process.send_signal(signal.SIGINT)

@@ -24,25 +24,30 @@ def main() -> None:
 
 
 def _run() -> int:
-    import click
+    import typer
 
     from trivet.cli.app import app
     from trivet.errors import TrivetError
 
     _keep_compiled_kernels()
     try:
-        app(standalone_mode=False)
+        # Commands return nothing; what comes back is the code with which typer would have left.
+        code = int(app(standalone_mode=False) or 0)
+    except typer.Abort:
+        raise KeyboardInterrupt from None
     except TrivetError as error:
         print(f"trivet: {error}", file=sys.stderr)
         return error.exit_code
-    except click.exceptions.Exit as stop:
-        return stop.exit_code
-    except click.exceptions.Abort:
-        raise KeyboardInterrupt from None
-    except click.ClickException as error:
-        print(f"trivet: {error.format_message()}", file=sys.stderr)
+    except Exception as error:
+        # Wrong usage; typer may carry its own copy of click, whose errors share no public class with click's.
+        message = getattr(error, "format_message", None)
+        if message is None:
+            raise
+        print(f"trivet: {message()} (see trivet --help)", file=sys.stderr)
         return 2
-    return 0
+    if code == INTERRUPTED:
+        raise KeyboardInterrupt
+    return code
 
 
 def _keep_compiled_kernels() -> None:

@@ -177,7 +177,7 @@ def map_stiffness(
     surface = surface_of(
         chosen, steps, o.quantity("--radius", radius, "length", "m"), o.quantity("--height", height, "length", "m")
     )
-    _free_to_write([*(figure or []), *([data] if data else [])], overwrite)
+    _free_to_write(figure, data, overwrite)
     with _progress(as_json) as bar:
         task = bar.add_task(chosen.name, total=len(surface))
         result = stiffness_map(
@@ -222,7 +222,7 @@ def compare(
     from trivet.study.datasets import save
 
     chosen = [_machine(m, settings, spherical, guide, shear) for m in machines or PAPER_MACHINES]
-    _free_to_write([*(figure or []), *([data] if data else [])], overwrite)
+    _free_to_write(figure, data, overwrite)
     with _progress(as_json) as bar:
         tasks: dict[str, Any] = {}
 
@@ -268,11 +268,14 @@ def _machine(
     return switched(choose(name, parse_settings(settings or [])), spherical, guide, shear)
 
 
-def _free_to_write(paths: list[str], overwrite: bool) -> None:
+def _free_to_write(figures: list[str] | None, data: str | None, overwrite: bool) -> None:
     """Refuse before the work, not after it, files that cannot be written."""
     from trivet.files import check_writable
+    from trivet.show.maps import check_suffix
 
-    for path in paths:
+    for path in figures or []:
+        check_suffix(path)
+    for path in [*(figures or []), *([data] if data else [])]:
         check_writable(path, overwrite=overwrite)
 
 
