@@ -10,6 +10,9 @@ from typing import Any
 import numpy as np
 
 PAIRS = 21
+CALLS = 5
+"""Calls per timing.  The threads of numba's loop and of XLA spin for a while after their work; in strict turns each would be
+timed against the other's idle spinning."""
 
 
 @dataclass(frozen=True)
@@ -25,16 +28,18 @@ class Paired:
         return tuple(float(q) for q in np.quantile(self.peer / self.ours, [0.5, 0.25, 0.75]))  # type: ignore[return-value]
 
 
-def seconds(call: Callable[[], Any]) -> float:
+def seconds(call: Callable[[], Any], calls: int) -> float:
+    """Mean time of some calls in a row."""
     start = time.perf_counter()
-    call()
-    return time.perf_counter() - start
+    for _ in range(calls):
+        call()
+    return (time.perf_counter() - start) / calls
 
 
-def paired(ours: Callable[[], Any], peer: Callable[[], Any], pairs: int = PAIRS) -> Paired:
+def paired(ours: Callable[[], Any], peer: Callable[[], Any], pairs: int = PAIRS, calls: int = CALLS) -> Paired:
     """Both calls warmed twice, then timed in turn; each must return only when its work is done."""
     for _ in range(2):
         ours()
         peer()
-    times = np.array([(seconds(ours), seconds(peer)) for _ in range(pairs)])
+    times = np.array([(seconds(ours, calls), seconds(peer, calls)) for _ in range(pairs)])
     return Paired(times[:, 0], times[:, 1])

@@ -89,9 +89,11 @@ def _on_guide(guide: Element, base: Frame, end: Vec, side: Scalar) -> tuple[Angl
     """Heading of the chain's frame, P in it, and the coordinate of the guide."""
     local = end - base.origin
     if isinstance(guide, Curvilinear):
-        # Divided by the radius, not multiplied by its reciprocal: XLA turns 1/sqrt into a call that cannot be vectorised.
-        radius = mul(side, jnp.sqrt(local.x * local.x + local.y * local.y))
-        heading = Angle(local.x / radius, local.y / radius)
+        square = local.x * local.x + local.y * local.y
+        # sqrt(1/s), not 1/sqrt(s): XLA makes of the latter a call that stops vectorisation.
+        inverse_radius = mul(side, jnp.sqrt(1 / square))
+        heading = Angle(local.x * inverse_radius, local.y * inverse_radius)
+        radius = square * inverse_radius
         turned = Angle(heading.cos * base.x.x + heading.sin * base.x.y, heading.sin * base.x.x - heading.cos * base.x.y)
         return heading, Vec(radius, 0, local.z), turned
     assert isinstance(guide, Prismatic)

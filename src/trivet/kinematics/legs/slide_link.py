@@ -36,7 +36,7 @@ def solve(elements: tuple[Element, ...], frame: Frame, end: Vec, elbow: Scalar) 
     height = to_end @ across
     reach = link.length * link.length - height * height
     run = mul(mul(elbow, _forward(along)), jnp.sqrt(reach))
-    direction = Vec(*((along * run + across * height)[i] / link.length if i != 1 else 0 for i in range(3)))
+    direction = (along * run + across * height) * (1 / link.length)
     angle = hinge_angle(hinge, frame.direction(link.axis), direction)
     return ((to_end @ along) - run, angle, None, None), reach
 

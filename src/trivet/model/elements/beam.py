@@ -75,16 +75,17 @@ def beam_flexibilities(
     x, y, z = beam_axes(frame, axis)
     middle = frame.origin + x * (length * 0.5)
     span = jnp.abs(length)
-    bend_y, bend_z = span / (young * section.inertia_y), span / (young * section.inertia_z)
+    # Reciprocals of what the length does not touch: in a batch they are computed once, and divisions are dear.
+    bend_y, bend_z = span * (1 / (young * section.inertia_y)), span * (1 / (young * section.inertia_z))
     sway_y, sway_z = span * span * bend_z * (1 / 12), span * span * bend_y * (1 / 12)
     if stock.theory == "timoshenko":
-        sway_y = sway_y + span / (shear * section.shear_area_y)
-        sway_z = sway_z + span / (shear * section.shear_area_z)
+        sway_y = sway_y + span * (1 / (shear * section.shear_area_y))
+        sway_z = sway_z + span * (1 / (shear * section.shear_area_z))
     return (
-        Flexibility(span / (young * section.area), translation(x), "beam"),
+        Flexibility(span * (1 / (young * section.area)), translation(x), "beam"),
         Flexibility(sway_y, translation(y), "beam"),
         Flexibility(sway_z, translation(z), "beam"),
-        Flexibility(span / (shear * section.torsion), rotation(x, middle, at), "beam"),
+        Flexibility(span * (1 / (shear * section.torsion)), rotation(x, middle, at), "beam"),
         Flexibility(bend_y, rotation(y, middle, at), "beam"),
         Flexibility(bend_z, rotation(z, middle, at), "beam"),
     )

@@ -1,0 +1,53 @@
+"""`python -m benchmarks`: every benchmark, printed as a table and kept in RESULTS.md with the machine and the date."""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import os
+import platform
+from pathlib import Path
+
+from benchmarks import kernels, processes
+
+GROUPS = {
+    "map": kernels.best_roll_map,
+    "full": kernels.full_stiffness,
+    "opensees": kernels.against_opensees,
+    "gradient": kernels.gradient,
+    "compile": kernels.compile_times,
+    "memory": processes.constant_memory,
+    "processes": processes.whole_processes,
+}
+
+
+def machine() -> str:
+    """The machine in words."""
+    model = next(
+        (
+            line.split(":", 1)[1].strip()
+            for line in Path("/proc/cpuinfo").read_text().splitlines()
+            if line.startswith("model name")
+        ),
+        platform.processor(),
+    )
+    return f"{model}, {os.cpu_count()} cores, {platform.system()} {platform.machine()}, Python {platform.python_version()}"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("groups", nargs="*", default=list(GROUPS), help=", ".join(GROUPS))
+    parser.add_argument("--keep", action="store_true", help="append to benchmarks/RESULTS.md")
+    chosen = parser.parse_args()
+    lines = [f"## {datetime.date.today()}: {machine()}", "", "| what | figure | aim |", "|---|---|---|"]
+    for group in chosen.groups:
+        for what, figure, aim in GROUPS[group]():
+            lines.append(f"| {what} | {figure} | {aim} |")
+            print(lines[-1], flush=True)
+    if chosen.keep:
+        path = Path(__file__).with_name("RESULTS.md")
+        path.write_text(path.read_text(encoding="utf-8").rstrip() + "\n\n" + "\n".join(lines) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
