@@ -139,8 +139,7 @@ def gradient() -> Iterator[Row]:
             mean_and_gradient(machine, surface, value(), signs, K_XX)  # noqa: B023
 
         found = paired(value, both)
-        inverse = Paired(found.peer, found.ours)
-        yield f"{name}: mean best-roll K_xx with its full gradient, time over that of the value", quartiles(inverse), "≤ 4"
+        yield f"{name}: mean best-roll K_xx with its full gradient, time over that of the value", quartiles(found), "≤ 4"
         best = value()
         frames, roll = unrolled(surface.position, surface.azimuth, surface.tilt), Angle(np.cos(best.roll), np.sin(best.roll))
         alone = jax.jit(lambda *a: mean_objective(*a, K_XX))

@@ -28,7 +28,7 @@ generator = np.random.default_rng(1)
 def batches():
     for _ in range(-(-count // (CHUNK * TILE))):
         shape = (CHUNK, TILE)
-        position = np.stack([generator.normal(0, 2e-3, shape), generator.normal(0, 2e-3, shape), generator.normal(0.123, 1e-3, shape)], axis=-1)
+        position = generator.normal([0, 0, 0.123], [2e-3, 2e-3, 1e-3], (*shape, 3))
         angles = generator.uniform(0, 1.5, (3, *shape))
         yield jax.tree.map(jnp.asarray, zyz_frame(position, *angles))
 start = time.perf_counter()

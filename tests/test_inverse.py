@@ -8,8 +8,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-
 from machines import PAPER, STATIC_CASES, reference_machine, reference_pose
+
 from trivet.errors import InputError, NoResultError
 from trivet.kinematics.constraint import transmitted
 from trivet.kinematics.inverse import inverse

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from machines import PAPER, difference
-from opensees_model import AREA, BALL, CENTRE, DENSITY, build
+from opensees_model import AREA, BALL, CENTRE, DENSITY, PLATE, build
 
 from trivet.kinematics.mode import parse_mode
 from trivet.model import Machine, load

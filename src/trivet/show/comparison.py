@@ -27,24 +27,25 @@ def _picture(result: Comparison, path: Path) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    columns = max(3, len(result.maps))
-    canvas: Any = Figure(figsize=(3.9 * columns, 8.2), layout="constrained")
+    count = max(3, len(result.maps))
+    canvas: Any = Figure(figsize=(3.7 * count + 0.8, 8.2))
     FigureCanvasAgg(canvas)
-    upper, lower = canvas.subfigures(2, 1, height_ratios=[1.05, 1])
-    upper.suptitle("Stiffness over the check points, best roll for " + result.maps[0].objective.name)
-    for axes, quantity in zip(upper.subplots(1, 3), HELD, strict=True):
+    canvas.suptitle("Stiffness over the check points, best roll for " + result.maps[0].objective.name)
+    # Margins by hand: the layout engines draw everything twice.
+    upper = canvas.add_gridspec(1, 3, left=0.05, right=0.98, top=0.9, bottom=0.53, wspace=0.22)
+    for axes, quantity in zip((canvas.add_subplot(cell) for cell in upper), HELD, strict=True):
         _distributions(axes, result, quantity)
+    lower = canvas.add_gridspec(1, count + 1, width_ratios=[1] * count + [0.05], left=0.05, right=0.94, top=0.4, bottom=0.07)
     shared = _common_range(result, "K_xx")
-    for axes, stiffness_map in zip(np.ravel(lower.subplots(1, columns)), result.maps, strict=False):
+    for k, stiffness_map in enumerate(result.maps):
+        axes = canvas.add_subplot(lower[k])
         values, unit = scaled(stiffness_map, "K_xx")
-        scatter_map(axes, stiffness_map, values, f"K_xx, {unit}", shared)
-        axes.set_title(
-            f"{stiffness_map.machine.name}: {int(stiffness_map.used.sum())} of {len(stiffness_map.surface)} points", fontsize=10
-        )
-    for axes in np.ravel(lower.axes)[len(result.maps) : columns]:
-        if not axes.has_data():
-            axes.set_axis_off()
-    canvas.savefig(path, format="png", dpi=110)
+        dots = scatter_map(axes, stiffness_map, values, shared)
+        reached = f"{int(stiffness_map.used.sum())} of {len(stiffness_map.surface)} points"
+        axes.set_title(f"{stiffness_map.machine.name}: {reached}", fontsize=10)
+        axes.set_ylabel("y, mm" if k == 0 else "")
+    canvas.colorbar(dots, cax=canvas.add_subplot(lower[count]), label=f"K_xx, {unit}")
+    canvas.savefig(path, format="png", dpi=100)
 
 
 def _common_range(result: Comparison, quantity: str) -> tuple[float, float]:
@@ -85,7 +86,7 @@ def _distributions(axes: Any, result: Comparison, quantity: str) -> None:
     axes.set_ylim(bottom=0)
     axes.set_title(quantity)
     if quantity == HELD[0]:
-        axes.legend(loc="lower left", fontsize=8)
+        axes.legend(loc="lower left", fontsize=8, markerscale=0.5)
 
 
 def _page(result: Comparison, path: Path) -> None:

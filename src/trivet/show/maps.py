@@ -64,13 +64,14 @@ def _picture(result: StiffnessMap, quantities: tuple[str, ...], path: Path) -> N
     FigureCanvasAgg(canvas)
     canvas.suptitle(_title(result))
     for axes, (name, values, unit) in zip(np.ravel(canvas.subplots(1, len(panels))), panels, strict=True):
-        scatter_map(axes, result, values, f"{name}, {unit}")
+        dots = scatter_map(axes, result, values)
+        canvas.colorbar(dots, ax=axes, shrink=0.75, label=f"{name}, {unit}")
         axes.set_title(name)
     canvas.savefig(path, format="png", dpi=120)
 
 
-def scatter_map(axes: Any, result: StiffnessMap, values: Any, label: str, limits: tuple[float, float] | None = None) -> None:
-    """One coloured map of values (n,) on matplotlib axes; points that are not reached are grey crosses."""
+def scatter_map(axes: Any, result: StiffnessMap, values: Any, limits: tuple[float, float] | None = None) -> Any:
+    """One coloured map of values (n,) on matplotlib axes; points that are not reached are grey crosses.  Gives the dots."""
     x, y = result.surface.position[:, 0] * 1e3, result.surface.position[:, 1] * 1e3
     used = np.isfinite(values)
     size = 9000 / max(len(values), 100)
@@ -80,7 +81,7 @@ def scatter_map(axes: Any, result: StiffnessMap, values: Any, label: str, limits
     axes.set_aspect("equal")
     axes.set_xlabel("x, mm")
     axes.set_ylabel("y, mm")
-    axes.figure.colorbar(dots, ax=axes, shrink=0.75, label=label)
+    return dots
 
 
 def _page(result: StiffnessMap, quantities: tuple[str, ...], path: Path) -> None:

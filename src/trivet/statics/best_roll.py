@@ -93,7 +93,11 @@ def _zoom(machine: Machine, frames: Frame, hills: Angle, offsets: Angle, signs: 
         last, (tops, free) = jax.lax.scan(narrow, hill, offsets)
         return tops[-1], jnp.arctan2(last.sin, last.cos), ~free[-1]
 
-    return jax.vmap(jax.vmap(climb, (None, 0)))(frames, hills)
+    # Points and hills as one batch: JAX transforms the kernel once per level of batching.
+    shape = hills.cos.shape
+    repeated = jax.tree.map(lambda c: jnp.repeat(c, shape[1]), frames)
+    climbed = jax.vmap(climb)(repeated, Angle(hills.cos.ravel(), hills.sin.ravel()))
+    return tuple(a.reshape(shape) for a in climbed)
 
 
 def best_roll(

@@ -61,11 +61,12 @@ class StiffnessMap:
     def compliance(self) -> NDArray[Any]:
         """(n, 6, 6) inverse of the stiffness; infinite where the stiffness is singular."""
         result = np.full_like(self.matrix, np.nan)
-        for k in np.flatnonzero(self.used):
-            try:
-                result[k] = np.linalg.inv(self.matrix[k])
-            except np.linalg.LinAlgError:
-                result[k] = np.inf
+        try:
+            result[self.used] = np.linalg.inv(self.matrix[self.used])
+        except np.linalg.LinAlgError:  # exactly singular at some point: one by one
+            for k in np.flatnonzero(self.used):
+                singular = np.linalg.matrix_rank(self.matrix[k]) < 6
+                result[k] = np.inf if singular else np.linalg.inv(self.matrix[k])
         return result
 
     @cached_property
