@@ -56,7 +56,8 @@ def test_no_roll_of_a_finer_grid_is_better(name: str) -> None:
 
 def test_rotational_symmetry_makes_three_equal_rolls() -> None:
     machine = load("azulay")
-    assert roll_symmetry(machine) == 3
+    assert roll_symmetry(machine, "++ ++ ++") == 3
+    assert roll_symmetry(machine, "++ ++ +-") == 1
     best = best_roll(machine, surface_of(machine), parse_mode(machine), K_XX)
     assert best.ties.min() == 3
     assert best.roll.max() < 2 * math.pi / 3 + 1e-6, "the smallest of the ties"

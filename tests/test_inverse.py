@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from machines import PAPER, STATIC_CASES, reference_machine, reference_pose
+from machines import PAPER, STATIC_CASES, difference, reference_machine, reference_pose
 
 from trivet.errors import InputError, NoResultError
 from trivet.kinematics.constraint import transmitted
@@ -16,10 +16,12 @@ from trivet.kinematics.inverse import inverse
 from trivet.kinematics.jacobian import actuator_names, constraint_rows, inverse_jacobian
 from trivet.kinematics.mode import all_modes, mode_text, parse_mode
 from trivet.kinematics.report import joint_state
-from trivet.model import load
+from trivet.model import Machine, document_of, load, parse
 from trivet.space.pose import zyz_frame
 from trivet.space.screw import Twist
 from trivet.space.vector import ZERO, Vec
+from trivet.statics.stiffness import stiffness
+from trivet.statics.structure import structural_stiffness
 from trivet.study.pose import pose
 
 
@@ -157,3 +159,51 @@ def test_batches_carry_nan_not_exceptions() -> None:
     assert np.all(np.isfinite(state.coordinate[0]))
     assert np.all(state.reach[1] < 0)
     assert np.any(np.isnan(state.coordinate[1]))
+
+
+def straight(leg: str) -> Machine:
+    """A machine with straight guides: chains at 0, 120 and 240 degrees, foot at 150 mm."""
+    document = document_of(load(leg))
+    document["about"] = {"name": "straight"}
+    chain = document["chains"]["leg"]
+    guide = {"name": "guide", "type": "prismatic", "axis": "y", "actuated": True, "stiffness": "3 N/um"}
+    chain["elements"] = [guide, *chain["elements"][1:]]
+    chain["base"] = {"azimuth": "10 deg", "radius": "150 mm"}
+    chain["platform_joint"]["azimuth"] = "10 deg"
+    return parse(document)
+
+
+@pytest.mark.parametrize("leg", PAPER)
+def test_straight_guides_carry_any_leg(leg: str) -> None:
+    machine = straight(leg)
+    frame = zyz_frame(np.add(machine.home.position, (0.003, -0.002, 0.001)), 0.3, 0.2, 0.1)
+    signs = parse_mode(machine)
+    assert mode_text(machine, signs) == ("" if leg == "alizade" else "+ + +")
+    assert all_modes(machine)[0] == mode_text(machine, signs)
+    batch = jax.tree.map(lambda c: np.atleast_1d(float(c)), frame)
+    assert difference(machine, stiffness(machine, batch, signs)[0][0], structural_stiffness(machine, frame, signs)) < 1e-9
+
+
+def test_travel_may_lie_across_180_degrees() -> None:
+    """A carriage at -175 degrees is inside 150 to 210 degrees."""
+    document = document_of(load("azulay"))
+    chain = document["chains"]["leg"]
+    chain["copies"] = 1
+    chain["base"] = {"azimuth": "0 deg"}
+    chain["platform_joint"]["azimuth"] = "185 deg"
+    chain["elements"][0]["travel"] = ["150 deg", "210 deg"]
+    machine = parse(document)
+    state = joint_state(machine, zyz_frame((0, 0, 0.125), 0, 0, 0), parse_mode(machine))
+    assert math.degrees(float(state.coordinate[0])) == pytest.approx(-175)
+    assert math.degrees(float(state.gauge[0])) == pytest.approx(185)
+
+
+@pytest.mark.parametrize("point", [(0.0, 0.0, 0.05), (0.01, -0.02, 0.03)])
+def test_stiffness_at_a_point_of_the_platform(point: tuple[float, float, float]) -> None:
+    """The wrench that holds the platform under one and the same small motion, reduced at either point."""
+    report = pose("azulay", tilt=0.4, azimuth=0.3, roll=0.2)
+    arm = np.array(report.frame.direction(point), dtype=float)
+    at_centre = np.random.default_rng(1).normal(size=6)
+    at_point = np.r_[at_centre[:3] + np.cross(at_centre[3:], arm), at_centre[3:]]
+    force, moment = np.split(report.stiffness @ at_centre, 2)
+    assert np.allclose(report.stiffness_at(point) @ at_point, np.r_[force, moment - np.cross(arm, force)], rtol=1e-10)

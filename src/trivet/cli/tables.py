@@ -40,11 +40,6 @@ def _print(*parts: Any) -> None:
         console.print()
 
 
-def signed_percent(fraction: float) -> str:
-    """A relative deviation for a table."""
-    return f"{100 * fraction:+.1f} %"
-
-
 def print_catalogue(machines: list[Machine]) -> None:
     """The catalogue, one line each."""
     table = _table("Machines of the catalogue", "name", "what it is", "chains", left=3)
@@ -240,79 +235,36 @@ def print_comparison(result: Comparison) -> None:
         for m in maps
     )
     _print(f"best roll for {maps[0].objective.name}. {surfaces}", _statistics(maps), _points(maps))
-    if result.deviations:
-        table = _table(
-            "beside published means, N/µm",
-            "machine",
-            "source",
-            "",
-            "n",
-            "published",
-            "ours",
-            "deviation",
-            "variance published",
-            "ours",
-            left=3,
-        )
-        used = {m.machine.name: int(m.used.sum()) for m in maps}
-        for d in result.deviations:
-            variance = "" if d.published_variance is None else f"{d.published_variance / 1e12:.3f}"
-            table.add_row(
-                d.machine,
-                d.source,
-                d.quantity,
-                str(used[d.machine]),
-                f"{d.published / 1e6:.3f}",
-                f"{d.ours / 1e6:.3f}",
-                signed_percent(d.relative),
-                variance,
-                f"{d.our_variance / 1e12:.4f}",
-            )
-        _print(table)
-    if result.tests:
-        table = _table(
-            "Welch's two-tailed t test, p after Holm's correction over all rows",
-            "pair",
-            "",
-            "difference N/µm",
-            "t",
-            "p",
-            "p Holm",
-            "Hedges' g",
-            left=2,
-        )
-        for t in result.tests:
-            table.add_row(
-                f"{t.first} - {t.second}",
-                t.quantity,
-                f"{t.difference / 1e6:+.3f}",
-                f"{t.t:.2f}",
-                f"{t.p:.2g}",
-                f"{t.p_holm:.2g}",
-                f"{t.effect:+.2f}",
-            )
-        _print(table)
-    if result.convergence:
-        table = _table(
-            "convergence: means on a finer lattice",
-            "machine",
-            "",
-            "points",
-            "mean N/µm",
-            "finer points",
-            "mean N/µm",
-            "change",
-            left=2,
-        )
-        for c in result.convergence:
-            table.add_row(
-                c.machine,
-                c.quantity,
-                str(c.points),
-                f"{c.mean / 1e6:.4f}",
-                str(c.finer_points),
-                f"{c.finer_mean / 1e6:.4f}",
-                f"{100 * c.relative:+.2f} %",
-            )
-        _print(table)
+    for rows, table in ((result.deviations, _published), (result.tests, _tests), (result.convergence, _convergence)):
+        if rows:
+            _print(table(result))
     _print("\n".join(f"Mind: {caveat}" for caveat in CAVEATS))
+
+
+def _published(result: Comparison) -> Table:
+    columns = ("machine", "source", "", "n", "published", "ours", "deviation", "variance published", "ours")
+    table = _table("beside published means, N/µm", *columns, left=3)
+    used = {m.machine.name: str(int(m.used.sum())) for m in result.maps}
+    for d in result.deviations:
+        variance = "" if d.published_variance is None else f"{d.published_variance / 1e12:.3f}"
+        means = (f"{d.published / 1e6:.3f}", f"{d.ours / 1e6:.3f}", f"{100 * d.relative:+.1f} %")
+        table.add_row(d.machine, d.source, d.quantity, used[d.machine], *means, variance, f"{d.our_variance / 1e12:.4f}")
+    return table
+
+
+def _tests(result: Comparison) -> Table:
+    columns = ("pair", "", "difference N/µm", "t", "p", "p Holm", "Hedges' g")
+    table = _table("Welch's two-tailed t test, p after Holm's correction over all rows", *columns, left=2)
+    for t in result.tests:
+        numbers = (f"{t.difference / 1e6:+.3f}", f"{t.t:.2f}", f"{t.p:.2g}", f"{t.p_holm:.2g}", f"{t.effect:+.2f}")
+        table.add_row(f"{t.first} - {t.second}", t.quantity, *numbers)
+    return table
+
+
+def _convergence(result: Comparison) -> Table:
+    columns = ("machine", "", "points", "mean N/µm", "finer points", "mean N/µm", "change")
+    table = _table("convergence: means on a finer lattice", *columns, left=2)
+    for c in result.convergence:
+        means = (str(c.points), f"{c.mean / 1e6:.4f}", str(c.finer_points), f"{c.finer_mean / 1e6:.4f}")
+        table.add_row(c.machine, c.quantity, *means, f"{100 * c.relative:+.2f} %")
+    return table

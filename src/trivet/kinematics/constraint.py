@@ -11,6 +11,9 @@ from trivet.space.scalar import Scalar, add, is_known, is_zero, mul
 from trivet.space.screw import Twist, Wrench
 from trivet.space.vector import ZERO, X, Y, Z
 
+_LEAST_PIVOT = 1e-3
+"""A known power below this is a rounding error of an oblique axis, or nearly one."""
+
 _ALL = tuple(Wrench(v, ZERO) for v in (X, Y, Z)) + tuple(Wrench(ZERO, v) for v in (X, Y, Z))
 
 
@@ -31,7 +34,7 @@ def transmitted(slack: Sequence[Twist]) -> list[Wrench]:
         working = [i for i, p in enumerate(powers) if not is_zero(p)]
         if not working:
             raise NoResultError("the slack joints of a chain allow one motion twice; a part of it turns freely")
-        known = [i for i in working if is_known(powers[i])]
+        known = [i for i in working if is_known(powers[i]) and abs(powers[i]) > _LEAST_PIVOT]
         if known:
             basis = _eliminate(basis, powers, max(known, key=lambda i: abs(powers[i])))
         elif len(working) == 1:

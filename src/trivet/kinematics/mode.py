@@ -35,20 +35,20 @@ def parse_mode(machine: Machine, text: str | None = None) -> Any:
     if len(groups) == 1 and len(written.strip()) == sum(counts):
         joined = groups[0]
         groups = [joined[sum(counts[:i]) : sum(counts[: i + 1])] for i in range(len(counts))]
-    if [len(g) for g in groups] != counts or set(written) - set("+- "):
+    chosen = iter(groups)
+    if [len(g) for g in groups] != [n for n in counts if n] or set(written) - set("+- "):
         raise InputError(f'mode "{written}": {machine.name} has the signs "{example}" ({describe_branches(machine)})')
     signs = np.ones((len(counts), 2))
-    for i, (leg, group) in enumerate(zip(machine.legs, groups, strict=True)):
-        for branch, sign in zip(branches(leg), group, strict=True):
+    for i, leg in enumerate(machine.legs):
+        for branch, sign in zip(branches(leg), next(chosen) if counts[i] else "", strict=True):
             signs[i, branch] = 1.0 if sign == "+" else -1.0
     return signs
 
 
 def mode_text(machine: Machine, signs: Any) -> str:
-    """The written form of signs (n_chains, 2)."""
-    return " ".join(
-        "".join("+" if signs[i][branch] > 0 else "-" for branch in branches(leg)) for i, leg in enumerate(machine.legs)
-    )
+    """The written form of signs (n_chains, 2); empty for a machine that has no choice."""
+    groups = ("".join("+" if signs[i][b] > 0 else "-" for b in branches(leg)) for i, leg in enumerate(machine.legs))
+    return " ".join(group for group in groups if group)
 
 
 def describe_branches(machine: Machine) -> str:
@@ -60,4 +60,4 @@ def describe_branches(machine: Machine) -> str:
 def all_modes(machine: Machine) -> list[str]:
     """Every working mode of a machine, as text."""
     groups = [["".join(signs) for signs in product("+-", repeat=len(branches(leg)))] for leg in machine.legs]
-    return [" ".join(choice) for choice in product(*groups)]
+    return [" ".join(group for group in choice if group) for choice in product(*groups)]

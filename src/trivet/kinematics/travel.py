@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -46,8 +47,10 @@ def gauges_along(steps: list[tuple[Element, Frame, Coordinate]], coordinates: tu
             sine = element.advance(frame, coordinate).direction(follower).z
             found.append(Gauge(element, sine, jnp.sin(low), jnp.sin(high)))
         else:
-            angle = coordinates[index]
-            found.append(Gauge(element, jnp.arctan2(angle.sin, angle.cos), low, high))
+            angle = jnp.arctan2(coordinates[index].sin, coordinates[index].cos)
+            # The turn nearest to the middle of the travel, so that a travel may lie across 180 degrees.
+            turns = jnp.round(((low + high) / 2 - angle) / (2 * math.pi))
+            found.append(Gauge(element, angle + 2 * math.pi * turns, low, high))
     return found
 
 

@@ -6,7 +6,20 @@ import math
 from collections.abc import Container, Iterable, Iterator
 
 from trivet.errors import InputError, nearest, shown
-from trivet.model.elements import Beam, Body, Curvilinear, Element, Joint, Prismatic, Profile, Revolute, Spherical, Universal
+from trivet.model.elements import (
+    Beam,
+    Body,
+    Curvilinear,
+    Drivable,
+    Element,
+    Joint,
+    Offset,
+    Prismatic,
+    Profile,
+    Revolute,
+    Spherical,
+    Universal,
+)  # fmt: skip
 from trivet.model.machine import Chain, Machine
 from trivet.model.section import General, Tube
 
@@ -71,8 +84,26 @@ def _check_chain(path: str, chain: Chain) -> None:
             f"{path}.base: needed, since this chain does not start on a circular guide; "
             'write at least base = { azimuth = "0 deg" }'
         )
-    if not any(isinstance(e, (Curvilinear, Prismatic, Revolute)) and e.actuated for e in elements):
+    if not any(isinstance(e, Drivable) and e.actuated for e in elements):
         raise InputError(f"{path}: no joint of this chain is actuated; set actuated = true on at least one")
+    _check_walk(path, chain)
+
+
+def _check_walk(path: str, chain: Chain) -> None:
+    """What the walk down a chain in its own frame takes for granted."""
+    first = chain.elements[0]
+    here = f"{path}.elements.{first.name}"
+    if isinstance(first, Prismatic) and first.beam is not None:
+        raise InputError(f"{here}.beam: a slide on the ground is a guide; a beam can extend from a later joint only")
+    if isinstance(first, Curvilinear) and first.travel is not None and chain.base is None and chain.copies > 1:
+        raise InputError(f'{here}.travel: needs {path}.base, as in base = {{ azimuth = "0 deg" }}, to turn with the copies')
+    for index, element in enumerate(chain.elements):
+        here = f"{path}.elements.{element.name}"
+        if isinstance(element, Offset) and element.vector[1] != 0:
+            raise InputError(f"{here}.vector: {_mm(element.vector[1])} along y; an offset must stay in the chain's x-z plane")
+        by_elevation = isinstance(element, Revolute) and element.measure == "elevation" and element.travel is not None
+        if by_elevation and all(e.axis_of_body is None for e in chain.elements[index + 1 :]):
+            raise InputError(f'{here}.measure: "elevation" is that of the next body, and none follows; use "angle"')
 
 
 def _check_travel(path: str, element: Element) -> None:

@@ -47,7 +47,7 @@ class StiffnessMap:
     @property
     def ties_beyond_symmetry(self) -> NDArray[Any]:
         """(n,) points at which more rolls are equally good than the machine's own rotational symmetry explains."""
-        return self.best.ties > roll_symmetry(self.machine)
+        return self.best.ties > roll_symmetry(self.machine, self.mode)
 
     def diagonal(self, name: str) -> NDArray[Any]:
         """(n,) an element of the diagonal, "K_xx" or "1/C_xx" (N/m; N m/rad for rotations)."""
@@ -105,13 +105,13 @@ class StiffnessMap:
         return dict(Counter(words).most_common())
 
 
-def roll_symmetry(machine: Machine) -> int:
+def roll_symmetry(machine: Machine, mode: str) -> int:
     """Number of rolls in a full turn at which the machine is the same but for the names of its chains.
 
     Copies of one chain on a circular guide change places when the platform rolls from one to the next; a chain with a base
     stays where it is, and so does a mode that differs from chain to chain.
     """
-    if any(chain.base is not None for chain in machine.chains.values()):
+    if any(chain.base is not None for chain in machine.chains.values()) or len(set(mode.split())) > 1:
         return 1
     return math.gcd(*(chain.copies for chain in machine.chains.values()))
 

@@ -12,6 +12,8 @@ from trivet.space.scalar import Scalar
 from trivet.space.vector import Vec
 
 HAS_ELBOW = False
+SHORTEST = 1e-9
+"""Length (m) at which a telescope has no direction any more."""
 
 
 def matches(elements: tuple[Element, ...]) -> bool:
@@ -21,7 +23,7 @@ def matches(elements: tuple[Element, ...]) -> bool:
 
 
 def solve(elements: tuple[Element, ...], frame: Frame, end: Vec, elbow: Scalar) -> tuple[tuple[Coordinate, ...], Scalar]:
-    """Coordinates (hinge Angle, length m) and reach (m^2, never below zero)."""
+    """Coordinates (hinge Angle, length m) and reach (m^2)."""
     hinge, slide, _ = elements
     assert isinstance(hinge, Revolute)
     assert isinstance(slide, Prismatic)
@@ -30,4 +32,4 @@ def solve(elements: tuple[Element, ...], frame: Frame, end: Vec, elbow: Scalar) 
     length = jnp.sqrt(square)
     direction = Vec(to_end.x / length, 0, to_end.z / length)
     angle = hinge_angle(hinge, frame.direction(slide.axis), direction)
-    return (angle, length, None), square
+    return (angle, length, None), square - SHORTEST * SHORTEST
