@@ -25,19 +25,24 @@ def replacing(path: str | os.PathLike[str], *, overwrite: bool = False) -> Itera
     Raises:
         InputError: when `path` is a folder, exists unasked, or cannot be written.
     """
-    target = Path(path)
+    target = Path(os.path.realpath(path))
     temporary = target.parent / f".{target.name}.{secrets.token_hex(4)}.part"
     created = False
     try:
         if target.is_dir():
             raise InputError(f"{target}: is a folder; the name of a file was expected")
+        if target.exists() and not target.is_file():
+            raise InputError(f"{target}: is not a regular file")
         if target.exists() and not overwrite:
-            raise InputError(f"{target}: exists already; choose another name, or allow overwriting")
+            raise InputError(_exists(target))
         # Not tempfile: its files are closed to everybody else, and so would be the result.
         temporary.open("x").close()
         created = True
         yield temporary
-        os.replace(temporary, target)
+        if overwrite:
+            os.replace(temporary, target)
+        else:
+            _place(temporary, target)
         created = False
     except OSError as error:
         if error.filename is not None and os.fspath(error.filename) not in (str(temporary), str(target)):
@@ -46,6 +51,22 @@ def replacing(path: str | os.PathLike[str], *, overwrite: bool = False) -> Itera
     finally:
         if created:
             temporary.unlink(missing_ok=True)
+
+
+def _exists(target: Path) -> str:
+    return f"{target}: exists already; choose another name, or allow overwriting"
+
+
+def _place(temporary: Path, target: Path) -> None:
+    """Give a file its name unless another has taken it meanwhile."""
+    try:
+        os.link(temporary, target)
+    except FileExistsError:
+        raise InputError(_exists(target)) from None
+    except OSError:  # a file system without links
+        os.replace(temporary, target)
+        return
+    temporary.unlink()
 
 
 def check_writable(path: str | os.PathLike[str], *, overwrite: bool = False) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import os
+import signal
 import sys
 
 INTERRUPTED = 130
@@ -10,17 +12,31 @@ INTERRUPTED = 130
 
 def main() -> None:
     """Run a command; errors become one line and an exit code (2 wrong input, 1 no result, 130 interrupted)."""
+    for name in ("SIGTERM", "SIGHUP"):  # end as by an exception, so that half-written files are cleared away
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), _leave)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal or a pipe that cannot show "×" gets "?"
     try:
         code = _run()
-        sys.stdout.flush()
+        if sys.stdout is not None:
+            sys.stdout.flush()
     except KeyboardInterrupt:
         print("trivet: interrupted", file=sys.stderr)
         code = INTERRUPTED
-    except BrokenPipeError:
-        # The reader of our output went away (`trivet list | head -1`); the interpreter must not trip over it once more.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        code = 0
+    except OSError as error:
+        # Output that nobody takes (a closed pipe) or that has no room; the interpreter must not trip over it once more.
+        if sys.stdout is not None:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = 0 if isinstance(error, BrokenPipeError) else 1
+        if code:
+            print(f"trivet: the output cannot be written: {error.strerror}", file=sys.stderr)
     sys.exit(code)
+
+
+def _leave(number: int, frame: object) -> None:
+    raise SystemExit(128 + number)
 
 
 def _run() -> int:

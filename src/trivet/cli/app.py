@@ -65,11 +65,20 @@ def show(
     """Show a machine: its chains, dimensions and where the numbers come from; with --figure a 3-D picture at any pose."""
     from trivet.cli import as_json as json_of
     from trivet.cli import tables
+    from trivet.errors import InputError
     from trivet.model import to_text
 
     chosen = _machine(machine, settings)
+    place = o.triple("--position", position, "length", "m")
+    given = [o.quantity(n, text, "angle", "rad") for n, text in (("--azimuth", azimuth), ("--tilt", tilt), ("--roll", roll))]
+    if not figure and (place is not None or mode is not None or any(g is not None for g in given)):
+        raise InputError("--position, --azimuth, --tilt, --roll and --mode choose the pose of a picture; add --figure")
+    if toml and as_json:
+        raise InputError("--toml and --json: choose one of them")
+    _free_to_write(figure, None, overwrite)
     if toml:
-        typer.echo(to_text(chosen), nl=False)
+        # Published values speak of the catalogue's machine, not of the one which somebody makes of it.
+        typer.echo(to_text(chosen.renamed(chosen.name)), nl=False)
     elif as_json:
         _print_json(json_of.machine_json(chosen))
     else:
@@ -78,11 +87,6 @@ def show(
         from trivet.show.drawing import draw
         from trivet.space.pose import zyz_frame
 
-        place = o.triple("--position", position, "length", "m")
-        given = [
-            o.quantity(name, text, "angle", "rad")
-            for name, text in (("--azimuth", azimuth), ("--tilt", tilt), ("--roll", roll))
-        ]
         home = chosen.home
         angles = [h if g is None else g for g, h in zip(given, (home.azimuth, home.tilt, home.roll), strict=True)]
         for path in figure:
@@ -270,12 +274,18 @@ def _machine(
 
 def _free_to_write(figures: list[str] | None, data: str | None, overwrite: bool) -> None:
     """Refuse before the work, not after it, files that cannot be written."""
+    from trivet.errors import InputError
     from trivet.files import check_writable
     from trivet.show.maps import check_suffix
 
     for path in figures or []:
         check_suffix(path)
-    for path in [*(figures or []), *([data] if data else [])]:
+    if data is not None and not data.endswith(".nc"):
+        raise InputError(f'--data "{data}": a NetCDF file ends in .nc')
+    paths = [*(figures or []), *([data] if data is not None else [])]
+    for path in paths:
+        if paths.count(path) > 1:
+            raise InputError(f"{path}: given twice")
         check_writable(path, overwrite=overwrite)
 
 

@@ -131,7 +131,10 @@ def print_pose(report: PoseReport, load: Any = None) -> None:
         joints.add_row(j.name, f"{j.coordinate * scale:.4f} {unit}", limited, *limits, words)
     _print(joints)
     stiffness = _table("stiffness at the platform centre in {O} (forces in N, moments in N m, per m and rad)", "", *AXES)
-    for axis, row in zip(("Fx", "Fy", "Fz", "Mx", "My", "Mz"), report.stiffness, strict=True):
+    size = [abs(report.stiffness[i, i]) ** 0.5 for i in range(6)]
+    for i, axis in enumerate(("Fx", "Fy", "Fz", "Mx", "My", "Mz")):
+        # What is rounding beside the diagonal is printed as the zero that it is.
+        row = (v if abs(v) > 1e-12 * size[i] * size[j] else 0.0 for j, v in enumerate(report.stiffness[i]))
         stiffness.add_row(axis, *(f"{v:.5g}" for v in row))
     _print(stiffness)
     both = _table("along each axis", "axis", "K_ii (others held)", "1/C_ii (others free)")

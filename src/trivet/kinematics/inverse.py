@@ -6,6 +6,7 @@ what the chain is made of.
 
 from __future__ import annotations
 
+import math
 from types import ModuleType
 
 import jax.numpy as jnp
@@ -21,6 +22,9 @@ from trivet.space.vector import Vec
 
 SIDE, ELBOW = 0, 1
 """Columns of the signs of a working mode."""
+
+ON_AXIS = 1e-9
+"""Distance (m) from the axis of a circular guide at which a carriage has no place any more (a Type 1 singularity)."""
 
 FAMILIES: tuple[ModuleType, ...] = (slide_link, telescope, elbow)
 
@@ -38,7 +42,10 @@ def family_of(leg: Leg) -> ModuleType:
             if family.matches(core):
                 return family
     kinds = " ".join(e.type for e in leg.chain.elements)
-    raise InputError(f"chains.{leg.name}: no closed-form inverse kinematics for the chain {kinds}")
+    raise InputError(
+        f"chains.{leg.name}: no closed-form inverse kinematics for the chain {kinds}; solved are a circular or "
+        "straight guide with a slide and link, a telescope or two links (the machine can be shown)"
+    )
 
 
 def has_closed_form(leg: Leg) -> bool:
@@ -74,7 +81,7 @@ def inverse(leg: Leg, pose: Frame, signs: Scalar) -> Posture:
     family = family_of(leg)
     end = pose.shift(leg.platform_frame().origin).origin
     guide, *rest = leg.chain.elements
-    heading, plane_end, coordinate = _on_guide(guide, leg.base_frame(), end, signs[SIDE])
+    heading, plane_end, coordinate, clear = _on_guide(guide, leg.base_frame(), end, signs[SIDE])
     frame = guide.advance(IDENTITY, at_rest(guide))
     core = _after_offsets(tuple(rest))
     leading = rest[: len(rest) - len(core)]
@@ -82,11 +89,11 @@ def inverse(leg: Leg, pose: Frame, signs: Scalar) -> Posture:
         assert isinstance(offset, Offset)
         frame = offset.advance(frame)
     solved, reach = family.solve(core, frame, plane_end, signs[ELBOW])
-    return Posture(heading, plane_end, (coordinate, *(None for _ in leading), *solved), reach)
+    return Posture(heading, plane_end, (coordinate, *(None for _ in leading), *solved), jnp.minimum(reach, clear))
 
 
-def _on_guide(guide: Element, base: Frame, end: Vec, side: Scalar) -> tuple[Angle, Vec, Scalar]:
-    """Heading of the chain's frame, P in it, and the coordinate of the guide."""
+def _on_guide(guide: Element, base: Frame, end: Vec, side: Scalar) -> tuple[Angle, Vec, Scalar, Scalar]:
+    """Heading of the chain's frame, P in it, the coordinate of the guide, and a reach: below zero on the axis of a circle."""
     local = end - base.origin
     if isinstance(guide, Curvilinear):
         square = local.x * local.x + local.y * local.y
@@ -95,7 +102,7 @@ def _on_guide(guide: Element, base: Frame, end: Vec, side: Scalar) -> tuple[Angl
         heading = Angle(local.x * inverse_radius, local.y * inverse_radius)
         radius = square * inverse_radius
         turned = Angle(heading.cos * base.x.x + heading.sin * base.x.y, heading.sin * base.x.x - heading.cos * base.x.y)
-        return heading, Vec(radius, 0, local.z), turned
+        return heading, Vec(radius, 0, local.z), turned, square - ON_AXIS * ON_AXIS
     assert isinstance(guide, Prismatic)
     along = local @ base.y
-    return Angle(base.x.x, base.x.y), Vec(local @ base.x, 0, local.z), along * guide.axis[1]
+    return Angle(base.x.x, base.x.y), Vec(local @ base.x, 0, local.z), along * guide.axis[1], math.inf

@@ -96,9 +96,12 @@ def shortfall(machine: Machine, state: JointState, roll_index: int = 0) -> Short
         worst = int(np.argmin(np.where(np.isnan(reach), -np.inf, reach)))
         missing = math.sqrt(-reach[worst]) * 1e3 if reach[worst] < 0 else math.nan
         where = legs[worst].name
-        return Shortfall(
-            UNREACHABLE, where, None, f"{where} cannot close: its links are too short or too long (off by {missing:.3g} mm)"
-        )
+        if reach[worst] > -1e-15:
+            return Shortfall(
+                UNREACHABLE, where, None, f"{where} has no place: its platform joint lies on the axis of the guide"
+            )
+        reason = f"{where} cannot close: its links are too short or too long (off by {missing:.3g} mm)"
+        return Shortfall(UNREACHABLE, where, None, reason)
     outside = travel_excess(state)[roll_index]
     worst = int(np.argmax(outside))
     if outside[worst] <= 0:

@@ -23,6 +23,9 @@ from trivet.model.elements import (
 from trivet.model.machine import Chain, Machine
 from trivet.model.section import General, Tube
 
+SOFTEST = 1e-3
+"""Rotational stiffness (N m/rad) of a ball below which rounding would drown the rest of its chain."""
+
 
 def check(machine: Machine, known_materials: Iterable[str] = ()) -> None:
     """Raise InputError with the key path, the values and the remedy at the first contradiction.
@@ -124,6 +127,8 @@ def _check_ball(path: str, ball: Spherical) -> None:
         raise InputError(f'{path}.stiffness: needed, and missing, with rotation = "elastic"')
     if ball.rotation != "elastic" and ball.stiffness is not None:
         raise InputError(f'{path}.stiffness: goes with rotation = "elastic" only, which is "{ball.rotation}" here')
+    if ball.stiffness is not None and ball.stiffness < SOFTEST:
+        raise InputError(f'{path}.stiffness: {ball.stiffness:g} N m/rad is as good as none; write rotation = "free" instead')
     if ball.cone is not None and not 0 < ball.cone <= math.pi * (1 + 1e-12):
         raise InputError(f"{path}.cone: {_deg(ball.cone)} does not lie between 0 deg and 180 deg")
 

@@ -81,7 +81,7 @@ def _distributions(axes: Any, result: Comparison, quantity: str) -> None:
             label="published mean",
             zorder=3,
         )
-    axes.set_xticks(places, [m.machine.name for m in result.maps], rotation=20 if len(places) > 3 else 0)
+    axes.set_xticks(places, [m.machine.name for m in result.maps], rotation=15, ha="right")
     axes.set_ylabel(f"{quantity}, N/µm")
     axes.set_ylim(bottom=0)
     axes.set_title(quantity)

@@ -62,7 +62,8 @@ def unrolled(position: Any, azimuth: Any, tilt: Any) -> Frame:
 def _value(machine: Machine, frame: Frame, roll: Angle, signs: Scalar, scalar: Objective) -> Scalar:
     """Objective at one rolled pose; minus infinity where it is not reached."""
     stiffness, reached = platform_stiffness(machine, rolled(frame, roll), signs)
-    return jnp.where(reached, scalar(stiffness), -jnp.inf)
+    value = scalar(stiffness)
+    return jnp.where(reached & jnp.isfinite(value), value, -jnp.inf)
 
 
 @partial(jax.jit, static_argnames="scalar")

@@ -28,12 +28,21 @@ class Share(NamedTuple):
     """Fraction of the deflection of the loaded point along the load; all shares add up to one."""
 
 
+def require_finite(machine: Machine, stiffness: NDArray[Any]) -> None:
+    """Raise NoResultError when a stiffness has left the range of numbers."""
+    if not np.isfinite(stiffness).all():
+        raise NoResultError(
+            f"{machine.name}: the stiffness here is not a finite number; look at stiffnesses, sections and materials"
+        )
+
+
 def compliance(machine: Machine, stiffness: NDArray[Any]) -> NDArray[Any]:
     """Inverse of a 6 x 6 stiffness (SI).
 
     Raises:
         NoResultError: when the stiffness is singular.
     """
+    require_finite(machine, stiffness)
     scale = np.diag([1.0] * 3 + [1.0 / float(machine.characteristic_length or 1.0)] * 3)
     homogeneous = scale @ stiffness @ scale
     singular_values = np.linalg.svd(homogeneous, compute_uv=False)

@@ -18,6 +18,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
+from trivet.errors import NoResultError
 from trivet.kinematics.constraint import transmitted
 from trivet.kinematics.inverse import inverse
 from trivet.kinematics.travel import within
@@ -25,7 +26,7 @@ from trivet.kinematics.walk import Posture, walk
 from trivet.model import Chain, Leg, Machine
 from trivet.model.elements import Element, Flexibility, Stock
 from trivet.space.frame import Frame
-from trivet.space.scalar import Scalar
+from trivet.space.scalar import Scalar, is_zero
 from trivet.space.screw import Twist, Wrench
 from trivet.space.symmetric import Symmetric, dot
 
@@ -46,13 +47,16 @@ def leg_compliance(leg: Leg, posture: Posture, stock: Stock) -> LegCompliance:
     slack: list[Twist] = []
     parts: list[tuple[Element, Flexibility]] = []
     for element, frame, coordinate in walk(leg.chain.elements, posture):
-        # The walk rests the first joint; a beam on it is as long as its coordinate all the same.
         slack += element.slack(frame, coordinate, posture.end)
         parts += [(element, f) for f in element.flexibilities(frame, coordinate, posture.end, stock)]
     wrenches = transmitted(slack)
     matrix = Symmetric(len(wrenches))
     for _, flexibility in parts:
         matrix.add_dyad([w @ flexibility.twist for w in wrenches], flexibility.compliance)
+    if any(is_zero(matrix[i, i]) for i in range(matrix.size)):
+        raise NoResultError(
+            "a chain is rigid in a direction in which it transmits a force; give a joint a stiffness, or a slide a beam"
+        )
     return LegCompliance(wrenches, matrix, parts)
 
 

@@ -19,7 +19,11 @@ _NONE = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class DriveLoad:
-    """The load on one actuator, along its own coordinate."""
+    """The load on one actuator, along the screw on which it yields.
+
+    For a carriage on a circular guide with yields = "translation" that is the force of a tangential spring in a carriage which
+    does not turn; what a motor along the circle must give (J_G^T F) is seen with yields = "rotation".
+    """
 
     load: float
     """What the structure puts on the drive, above zero when it pushes towards larger coordinates; N or N m, see `unit`."""

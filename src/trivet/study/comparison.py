@@ -138,7 +138,9 @@ def compare(
     names = [m.name for m in chosen]
     for name in names:
         if names.count(name) > 1:
-            raise InputError(f"{name}: given twice; give variants their own names, as in {name}@link.length=200 mm")
+            raise InputError(
+                f"{name}: given twice; give each file its own name under [about]; variants go as {name}@link.length=200 mm"
+            )
     if not 1 <= finer <= 10:
         raise InputError(f"finer: {finer}; expected 1 (no convergence check) to 10")
 

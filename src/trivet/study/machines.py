@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 
 from trivet.errors import InputError
 from trivet.model import Machine, load
+from trivet.model.check import check
 from trivet.model.quantity import Quantity
 
 MachineLike = Machine | str | os.PathLike[str]
@@ -30,8 +31,15 @@ def choose(machine: MachineLike, settings: Mapping[str, str] | None = None) -> M
 
 def parse_settings(pairs: Iterable[str]) -> dict[str, str]:
     """Settings written as "key=value"."""
-    settings = {}
+    settings: dict[str, str] = {}
+    whole: list[str] = []
     for pair in pairs:
+        # A comma within a value ("home.position=0 mm,0 mm,120 mm") does not begin another setting.
+        if "=" not in pair and whole:
+            whole[-1] += f",{pair}"
+        else:
+            whole.append(pair)
+    for pair in whole:
         key, sign, value = (part.strip() for part in pair.partition("="))
         if not sign or not key or not value:
             raise InputError(f'setting "{pair}": expected KEY=VALUE, for example link.length="200 mm"')
@@ -64,4 +72,7 @@ def switched(
         if guide not in ("translation", "rotation"):
             raise InputError(f'guide "{guide}": expected translation or rotation')
         machine = machine.with_guide(guide)  # type: ignore[arg-type]
-    return machine if shear is None else machine.with_theory("timoshenko" if shear else "euler-bernoulli")
+    if shear is not None:
+        machine = machine.with_theory("timoshenko" if shear else "euler-bernoulli")
+    check(machine)
+    return machine

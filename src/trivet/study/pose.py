@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from trivet.errors import NoResultError
+from trivet.errors import InputError, NoResultError, nearest
 from trivet.kinematics.jacobian import actuator_names, inverse_jacobian
 from trivet.kinematics.mode import mode_text, parse_mode
 from trivet.kinematics.report import JointState, Shortfall, joint_elements, joint_names, joint_states, shortfall
@@ -19,13 +19,15 @@ from trivet.model import Machine
 from trivet.model.elements import Prismatic
 from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
-from trivet.statics.budget import Share, compliance, compliance_budget
+from trivet.statics.budget import Share, compliance, compliance_budget, require_finite
 from trivet.statics.load import LoadResult, load_case, masses
 from trivet.statics.objective import AXES, Objective, objective
 from trivet.statics.stiffness import stiffness
 from trivet.study.machines import MachineLike, choose
 
 _NONE = (0.0, 0.0, 0.0)
+LARGEST_ANGLE = 1e4
+"""Angle (rad) of a pose above which its sine loses digits that matter."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,7 @@ class PoseReport:
         """(6, 6) at the platform centre, forces first (N/m, N/rad, N m/rad)."""
         batch = Frame(*(type(v)(*(np.asarray([c], dtype=float) for c in v)) for v in self.frame))
         matrix: NDArray[Any] = stiffness(self.machine, batch, self.signs)[0][0]
+        require_finite(self.machine, matrix)
         return matrix
 
     def stiffness_at(self, point: Sequence[float]) -> NDArray[Any]:
@@ -116,6 +119,8 @@ class PoseReport:
 
     def budget(self, direction: str | Sequence[float] = "z") -> list[Share]:
         """Shares of links, joints and actuators in the deflection along a direction: x, y, z, rx, ry, rz or a wrench (6,)."""
+        if isinstance(direction, str) and direction not in AXES:
+            raise InputError(f"direction '{direction}' is not known{nearest(direction, AXES)}")
         wrench = np.eye(6)[AXES.index(direction)] if isinstance(direction, str) else np.asarray(direction, dtype=float)
         return compliance_budget(self.machine, self.frame, self.signs, self.stiffness, wrench)
 
@@ -160,7 +165,9 @@ def pose(
     given = zip((azimuth, tilt, roll), (home.azimuth, home.tilt, home.roll), strict=True)
     angles = tuple(float(default if value is None else value) for value, default in given)
     if len(place) != 3 or not all(math.isfinite(v) for v in (*place, *angles)):
-        raise NoResultError("the pose needs three finite coordinates and three finite angles")
+        raise InputError("the pose needs three finite coordinates and three finite angles")
+    if max(abs(angle) for angle in angles) > LARGEST_ANGLE:
+        raise InputError(f"the pose has an angle of {max(angles, key=abs):g} rad; give it within a few turns")
     signs = parse_mode(chosen, mode)
     frame = zyz_frame(place, *angles)
     batch = Frame(*(type(v)(*(np.asarray([c], dtype=float) for c in v)) for v in frame))

@@ -23,6 +23,7 @@ from trivet.statics.best_roll import BestRoll, best_roll
 from trivet.statics.objective import Objective
 from trivet.statics.objective import objective as read_objective
 from trivet.statics.stiffness import stiffness
+from trivet.study.machines import MachineLike, choose
 
 _ROLLS_FOR_REASONS, _POINTS_FOR_REASONS = 72, 64
 
@@ -123,8 +124,8 @@ def _nearest_miss(machine: Machine, state: JointState) -> Shortfall:
     reach = np.nan_to_num(np.min(state.reach, axis=1), nan=-np.inf)
     order = np.lexsort((-reach, np.nan_to_num(excess, nan=np.inf), ~closes))
     misses = (shortfall(machine, state, int(roll)) for roll in order)
-    narrow = "is reached only in a window of rolls that is narrower than the grid"
-    return next((m for m in misses if m is not None), Shortfall(OUTSIDE_TRAVEL, "", "roll", narrow))
+    other = "it is reached, but only in a window of rolls narrower than the grid, or its stiffness is not a finite number"
+    return next((m for m in misses if m is not None), Shortfall(OUTSIDE_TRAVEL, "", "roll", other))
 
 
 def surface_of(machine: Machine, steps: int = 10, radius: float | None = None, height: float | None = None) -> Surface:
@@ -142,7 +143,7 @@ def surface_of(machine: Machine, steps: int = 10, radius: float | None = None, h
 
 
 def stiffness_map(
-    machine: Machine,
+    machine: MachineLike,
     surface: Surface | None = None,
     *,
     objective: str = "K_xx",
@@ -153,7 +154,7 @@ def stiffness_map(
     """Stiffness over a surface with the best roll at every point (paper section 3.3.1).
 
     Args:
-        machine: the machine.
+        machine: machine, name or file.
         surface: check points; the machine's own workpiece with the paper's 317 points when not given.
         objective: what the roll maximises ("K_xx", "1/C_zz", "K(1,0,1)", …).
         mode: working mode; the machine's own when not given.
@@ -163,6 +164,7 @@ def stiffness_map(
     Raises:
         NoResultError: when no point of the surface is reached; says what is in the way.
     """
+    machine = choose(machine)
     surface = surface if surface is not None else surface_of(machine)
     scalar = read_objective(objective)
     signs = parse_mode(machine, mode)
