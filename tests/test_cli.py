@@ -227,3 +227,32 @@ def test_help_imports_nothing_heavy() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stderr.strip() == ""
     assert "compare" in done.stdout
+
+
+def test_lists_and_whole_numbers_can_be_set(trivet: Any) -> None:
+    dimensions = json.loads(trivet("show", "azulay@home.position=1 mm,2 mm,120 mm,link.length=200 mm", "--json")[1])[
+        "dimensions_SI"
+    ]
+    assert [dimensions[f"home.position.{k}"] for k in (1, 2, 3)] == [0.001, 0.002, 0.12]
+    assert dimensions["chains.leg.elements.link.length"] == 0.2
+    assert json.loads(trivet("show", "azulay", "--set", "copies=4", "--json")[1])["chains"]["leg"]["copies"] == 4
+
+
+def test_a_terminated_run_leaves_nothing(tmp_path: Path) -> None:
+    code = (
+        "import sys, signal, os\nfrom trivet.cli import main\nimport trivet.cli.app as app\n"
+        "from trivet.files import replacing\n"
+        "def slow():\n"
+        "    with replacing('x.nc'):\n        os.kill(os.getpid(), signal.SIGTERM)\n"
+        "app.app = lambda standalone_mode: slow()\nmain()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 128 + signal.SIGTERM
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_output_that_finds_no_room_is_one_line() -> None:
+    with open("/dev/full", "w") as full:
+        done = subprocess.run([*COMMAND, "list"], stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr == "trivet: the output cannot be written: No space left on device\n"

@@ -138,7 +138,22 @@ def _apply(document: dict[str, Any], settings: Mapping[str, Any]) -> None:
         if isinstance(value, dict) and value and "value" not in value and "." not in path:
             # link.length = … without quotes is a table within a table to TOML
             raise InputError(f'{path}: a table; a key path is written in quotes, "{path}.{next(iter(value))}" = …')
-        put(document, find(document, path), value)
+        keys = find(document, path)
+        put(document, keys, _as_there(document, keys, value))
+
+
+def _as_there(document: Any, keys: tuple[Key, ...], value: Any) -> Any:
+    """Text from a command line in the form of the value that it replaces: a list written with commas, a whole number."""
+    for key in keys[:-1]:
+        document = document[key]
+    present = document.get(keys[-1]) if isinstance(document, dict) else document[keys[-1]]
+    if isinstance(present, dict):
+        present = present.get("value")
+    if isinstance(value, str) and isinstance(present, list):
+        return [part.strip() for part in value.split(",")]
+    if isinstance(value, str) and type(present) is int and value.isdecimal() and len(value) < 10:
+        return int(value)
+    return value
 
 
 def parse(document: Mapping[str, Any]) -> Machine:
