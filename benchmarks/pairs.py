@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 PAIRS = 21
-CALLS = 5
-"""Calls per timing.  The threads of numba's loop and of XLA spin for a while after their work; in strict turns each would be
+CALLS = 20
+"""Calls per timing.  The threads of numba's loop and of XLA spin for milliseconds after work; in strict turns each would be
 timed against the other's idle spinning."""
 
 
