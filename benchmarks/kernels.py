@@ -15,13 +15,12 @@ from benchmarks import loop
 from benchmarks.opensees import stiffness_once
 from benchmarks.pairs import Paired, paired
 from trivet.kinematics.mode import parse_mode
-from trivet.model import Machine, load
+from trivet.model import Mechanism, load
 from trivet.space.frame import Angle, Frame
 from trivet.space.pose import rolled, zyz_frame
 from trivet.statics.best_roll import best_roll, mean_and_gradient, mean_objective, on_grid, unrolled
-from trivet.statics.compliance import platform_stiffness
 from trivet.statics.objective import K_XX
-from trivet.statics.stiffness import CHUNK, TILE, stiffness, stream
+from trivet.statics.stiffness import CHUNK, TILE, _tiles, stiffness, stream
 from trivet.study.stiffness_map import surface_of
 
 ROLLS = 360
@@ -34,12 +33,13 @@ def quartiles(result: Paired) -> str:
     return f"{median:.2f} ({low:.2f} to {high:.2f})"
 
 
-def _setting(spherical: str) -> tuple[Machine, Frame, Angle, Any]:
+def _setting(spherical: str) -> tuple[Mechanism, Frame, Angle, Any]:
     machine = load("azulay").with_spherical(spherical)  # type: ignore[arg-type]
     surface = surface_of(machine)
     gamma = 2 * np.pi / ROLLS * np.arange(ROLLS)
     frames = unrolled(surface.position, surface.azimuth, surface.tilt)
-    return jax.tree.map(jnp.asarray, (machine, frames, Angle(np.cos(gamma), np.sin(gamma)), parse_mode(machine)))  # type: ignore[no-any-return]
+    rolls = Angle(np.cos(gamma), np.sin(gamma))
+    return jax.tree.map(jnp.asarray, (machine.mechanism, frames, rolls, parse_mode(machine)))  # type: ignore[no-any-return]
 
 
 def _peer(spherical: str) -> tuple[Any, tuple[Any, ...]]:
@@ -51,10 +51,10 @@ def best_roll_map() -> Iterator[Row]:
     """Best-roll K_xx over 317 x 360 poses, from the general description."""
     highest = jax.jit(lambda *a: on_grid(*a, K_XX).max(axis=1))
     for spherical in VARIANTS:
-        machine, frames, rolls, signs = _setting(spherical)
+        setting = _setting(spherical)
         peer, its = _peer(spherical)
-        assert np.allclose(highest(machine, frames, rolls, signs), peer(*its), rtol=1e-12), "the same numbers"
-        found = paired(lambda: highest(machine, frames, rolls, signs).block_until_ready(), lambda: peer(*its))  # noqa: B023
+        assert np.allclose(highest(*setting), peer(*its), rtol=1e-12), "the same numbers"
+        found = paired(lambda: highest(*setting).block_until_ready(), lambda: peer(*its))  # noqa: B023
         poses = 317 * ROLLS / np.median(found.ours) / 1e6
         yield (
             f"best-roll K_xx, 317 × 360 poses, ball joints {spherical}: ratio to the numba loop",
@@ -83,7 +83,7 @@ def full_stiffness() -> Iterator[Row]:
     batches = _poses(4)
     count = len(batches) * CHUNK * TILE
     for spherical in VARIANTS:
-        machine, _, _, signs = _setting(spherical)
+        machine, signs = load("azulay").with_spherical(spherical), _setting(spherical)[-1]  # type: ignore[arg-type]
         peer, its = _peer(spherical)
 
         def all_of_it(machine: Any = machine, signs: Any = signs) -> None:
@@ -106,7 +106,7 @@ def against_opensees() -> Iterator[Row]:
     count = len(batches) * CHUNK * TILE
     highest = jax.jit(lambda *a: on_grid(*a, K_XX).max(axis=1))
     for spherical in VARIANTS:
-        machine, _, _, signs = _setting(spherical)
+        machine, signs = load("azulay").with_spherical(spherical), _setting(spherical)[-1]  # type: ignore[arg-type]
         place, frame = np.array([0.001, 0.002, 0.123]), zyz_frame((0.001, 0.002, 0.123), 0.3, 0.6, 0.2)
         turn = np.array(frame.matrix(), dtype=float)
         theirs = stiffness_once("azulay", spherical, place, turn)
@@ -164,14 +164,15 @@ def compile_times() -> Iterator[Row]:
     """Seconds to compile each kernel, without any cache."""
     for name in ("azulay", "eclipse", "alizade", "glozman"):
         for spherical in VARIANTS:
-            machine = jax.tree.map(jnp.asarray, load(name).with_spherical(spherical))  # type: ignore[arg-type]
-            signs, surface = jnp.asarray(parse_mode(machine)), surface_of(machine)
+            loaded = load(name).with_spherical(spherical)  # type: ignore[arg-type]
+            machine, mechanism = jax.tree.map(jnp.asarray, (loaded, loaded.mechanism))
+            signs, surface = jnp.asarray(parse_mode(loaded)), surface_of(loaded)
             frames = unrolled(surface.position, surface.azimuth, surface.tilt)
             angle = Angle(np.cos(surface.tilt), np.sin(surface.tilt))
-            tile = jax.tree.map(lambda c: jnp.broadcast_to(c[:1], (TILE,)), rolled(frames, angle))
+            tile = jax.tree.map(lambda c: jnp.broadcast_to(c[:1], (CHUNK, TILE)), rolled(frames, angle))
             kernels = {
-                "map": (lambda m, f, r, s: on_grid(m, f, r, s, K_XX), (machine, frames, angle, signs)),
-                "6×6": (lambda m, p, s: jax.vmap(lambda q: platform_stiffness(m, q, s)[0].upper())(p), (machine, tile, signs)),
+                "map": (lambda m, f, r, s: on_grid(m, f, r, s, K_XX), (mechanism, frames, angle, signs)),
+                "6×6": (_tiles, (mechanism, tile, signs)),
                 "gradient": (
                     jax.value_and_grad(lambda m, f, r, s: mean_objective(m, f, r, s, K_XX)),
                     (machine, frames, angle, signs),

@@ -45,11 +45,11 @@ def test_no_roll_of_a_finer_grid_is_better(name: str) -> None:
     best = best_roll(machine, surface, signs, K_XX)
     rolls = 2 * math.pi / 20_000 * np.arange(20_000)
     frames = unrolled(surface.position, surface.azimuth, surface.tilt)
-    fine = np.asarray(on_grid(arrays(machine), frames, Angle(np.cos(rolls), np.sin(rolls)), jnp.asarray(signs), K_XX))
+    fine = np.asarray(on_grid(arrays(machine).mechanism, frames, Angle(np.cos(rolls), np.sin(rolls)), jnp.asarray(signs), K_XX))
     assert np.all(best.value >= fine.max(axis=1) * (1 - 1e-12))
     # and the optimum is that of a reached pose, not beyond a limit
     at_best = np.asarray(
-        on_grid(arrays(machine), frames, Angle(np.cos(best.roll), np.sin(best.roll)), jnp.asarray(signs), K_XX)
+        on_grid(arrays(machine).mechanism, frames, Angle(np.cos(best.roll), np.sin(best.roll)), jnp.asarray(signs), K_XX)
     ).diagonal()
     assert np.allclose(at_best, best.value, rtol=1e-9)
 

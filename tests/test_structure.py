@@ -39,7 +39,7 @@ QUICK = {"xla_backend_optimization_level": 0}
 
 
 def condensed(machine: Machine, pose: Frame, signs: Any) -> Any:
-    total, _ = platform_stiffness(machine, pose, signs)
+    total, _ = platform_stiffness(machine.mechanism, pose, signs)
     shape = jnp.shape(pose.origin.x)
     return jnp.stack([jnp.stack([jnp.broadcast_to(v, shape) for v in row], axis=-1) for row in total.full()], axis=-2)
 

@@ -245,7 +245,7 @@ def _closure(leg: Leg, loop: _Loop, unknowns: Array) -> Closure:
             numbers[element.name], rest = tuple(rest[: len(element.COORDINATES)]), rest[len(element.COORDINATES) :]
     coordinates = coordinates_from(elements, np.array(values))
     steps = walk_from(leg.base_frame(), elements, coordinates)
-    excess = [float(max(g.low - g.value, g.value - g.high) / (g.high - g.low)) for g in gauges_along(steps, coordinates)]
+    excess = [float(max(g.low - g.value, g.value - g.high) / (g.high - g.low)) for g in gauges_along(leg, steps, coordinates)]
     return Closure(coordinates, numbers, _size(loop.gap(unknowns)) * loop.size, max(excess, default=-math.inf))
 
 

@@ -30,22 +30,24 @@ class Gauge(NamedTuple):
 
 def gauges(leg: Leg, posture: Posture) -> list[Gauge]:
     """Every limited joint of a chain."""
-    return gauges_along(walk(leg.chain.elements, posture), posture.coordinates)
+    return gauges_along(leg, walk(leg.chain.elements, posture), posture.coordinates)
 
 
-def gauges_along(steps: list[tuple[Element, Frame, Coordinate]], coordinates: tuple[Coordinate, ...]) -> list[Gauge]:
+def gauges_along(leg: Leg, steps: list[tuple[Element, Frame, Coordinate]], coordinates: tuple[Coordinate, ...]) -> list[Gauge]:
     """Every limited joint of a walk whose frames have z upright; the coordinates stand apart, as a walk may start at rest."""
     found = []
     for index, (element, frame, coordinate) in enumerate(steps):
-        if not isinstance(element, Drivable) or element.travel is None:
+        limits = leg.limits[index]
+        if limits is None:
             continue
-        low, high = element.travel
+        assert isinstance(element, Drivable)
+        low, high = limits
         if isinstance(element, Prismatic):
             found.append(Gauge(element, coordinates[index], low, high))
         elif isinstance(element, Revolute) and element.measure == "elevation":
             follower = next(e.axis_of_body for e, _, _ in steps[index + 1 :] if e.axis_of_body is not None)
             sine = element.advance(frame, coordinate).direction(follower).z
-            found.append(Gauge(element, sine, jnp.sin(low), jnp.sin(high)))
+            found.append(Gauge(element, sine, low, high))
         else:
             angle = jnp.arctan2(coordinates[index].sin, coordinates[index].cos)
             # The turn nearest to the middle of the travel, so that a travel may lie across 180 degrees.

@@ -14,15 +14,14 @@ from functools import cache
 from typing import Annotated, Literal, NamedTuple, TypeVar
 
 import equinox as eqx
-import jax.numpy as jnp
 from pydantic import Field, StringConstraints, TypeAdapter
 
-from trivet.model.elements import AnyElement, Curvilinear, Element, Spherical, Stock
+from trivet.model.elements import AnyElement, Curvilinear, Drivable, Element, Spherical, Stock
 from trivet.model.elements.base import Name
 from trivet.model.quantity import AngleValue, Inertia, Length, LengthOrZero, Mass, PositiveLength, Stiffness, StiffnessVariance
 from trivet.model.section import STRICT, Material, Section
 from trivet.space.frame import IDENTITY, Angle, Frame
-from trivet.space.scalar import Scalar, is_known
+from trivet.space.scalar import Scalar, cosine, sine
 
 MOST_COPIES = 24
 _T = TypeVar("_T")
@@ -207,6 +206,11 @@ class Machine(eqx.Module):
         return Stock(self.sections, self.materials, self.theory)
 
     @property
+    def mechanism(self) -> Mechanism:
+        """What kernels need of the machine."""
+        return Mechanism(self.legs, self.stock)
+
+    @property
     def legs(self) -> tuple[Leg, ...]:
         """The chains one by one: "leg-1", "leg-2", … for the copies of the chain "leg"."""
         return tuple(self._legs())
@@ -214,7 +218,7 @@ class Machine(eqx.Module):
     def _legs(self) -> Iterator[Leg]:
         for name, chain in sorted(self.chains.items()):  # the order in which JAX rebuilds a dict
             for copy in range(chain.copies):
-                yield Leg(f"{name}-{copy + 1}" if chain.copies > 1 else name, chain, 2 * math.pi * copy / chain.copies)
+                yield Leg.standing(chain, copy_rotation(chain, copy), f"{name}-{copy + 1}" if chain.copies > 1 else name)
 
     @property
     def characteristic_length(self) -> Scalar:
@@ -250,38 +254,67 @@ class Machine(eqx.Module):
         return _replace(self, chains=chains)
 
 
-class Leg(NamedTuple):
-    """One chain where it stands."""
+class Leg(eqx.Module):
+    """One chain where it stands, with what depends on dimensions alone worked out: kernels would do it at every pose."""
 
-    name: str
+    name: str = eqx.field(static=True)
     chain: Chain
     rotation: Scalar
     """Rotation about z from the first copy of the chain, rad; of its base and of its platform joint alike."""
+    base_turn: Angle
+    """Turn about z of the first joint's frame from {O}."""
+    tip_turn: Angle
+    """Turn about z_E of the platform joint's frame from {E}."""
+    limits: tuple[tuple[Scalar, Scalar] | None, ...]
+    """Per element: lower and upper limit on the scale of its gauge (`Drivable.limits`), or None."""
+
+    @classmethod
+    def standing(cls, chain: Chain, rotation: Scalar, name: str = "") -> Leg:
+        """A chain turned about z by a rotation (rad)."""
+        base_azimuth = 0.0 if chain.base is None else chain.base.azimuth
+        turns = turned_by(base_azimuth, rotation), turned_by(chain.platform_joint.azimuth, rotation)
+        limits = tuple(e.limits if isinstance(e, Drivable) else None for e in chain.elements)
+        return cls(name, chain, rotation, *turns, limits)
+
+    @property
+    def unnamed(self) -> Leg:
+        """The leg as kernels take it, which are the same for all copies of a chain."""
+        return _replace(self, name="")
 
     def platform_frame(self) -> Frame:
         """Frame of the platform joint in {E}."""
         joint = self.chain.platform_joint
-        return _polar(joint.azimuth, joint.radius, joint.height, self.rotation)
+        return _polar(self.tip_turn, joint.radius, joint.height)
 
     def base_frame(self) -> Frame:
         """Frame of the first joint in {O}; {O} itself for a chain without a base (a carriage on a circle about z)."""
         base = self.chain.base
         if base is None:
             return IDENTITY
-        return _polar(base.azimuth, base.radius, base.height, self.rotation)
+        return _polar(self.base_turn, base.radius, base.height)
 
 
-def _polar(azimuth: Scalar, radius: Scalar | None, height: Scalar | None, rotation: Scalar) -> Frame:
+class Mechanism(NamedTuple):
+    """A machine as kernels see it: no words, no home, no workpiece, so that machines share compiled kernels."""
+
+    legs: tuple[Leg, ...]
+    stock: Stock
+
+
+def copy_rotation(chain: Chain, copy: int) -> float:
+    """Rotation of a copy of a chain about z, rad."""
+    return 2 * math.pi * copy / chain.copies
+
+
+def _polar(turn: Angle, radius: Scalar | None, height: Scalar | None) -> Frame:
     """A frame turned about z, then moved out along its x and up along z; None is zero, known as such to the kernels."""
-    turned = IDENTITY.turn((0.0, 0.0, 1.0), turned_by(azimuth, rotation))
+    turned = IDENTITY.turn((0.0, 0.0, 1.0), turn)
     return turned.shift((0 if radius is None else radius, 0, 0 if height is None else height))
 
 
 def turned_by(azimuth: Scalar, rotation: Scalar) -> Angle:
     """Cosine and sine of an azimuth plus a rotation."""
-    if is_known(azimuth) and is_known(rotation):
-        return Angle(math.cos(azimuth + rotation), math.sin(azimuth + rotation))
-    return Angle(jnp.cos(azimuth + rotation), jnp.sin(azimuth + rotation))
+    return Angle(cosine(azimuth + rotation), sine(azimuth + rotation))
 
 
 def _replace(module: _T, **changes: object) -> _T:

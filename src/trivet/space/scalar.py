@@ -9,9 +9,11 @@ Double precision is switched on here, in the module which every kernel imports.
 
 from __future__ import annotations
 
+import math
 from typing import Any, TypeAlias
 
 import jax
+import jax.numpy as jnp
 
 jax.config.update("jax_enable_x64", True)  # type: ignore[no-untyped-call]
 
@@ -55,3 +57,13 @@ def mul(a: Scalar, b: Scalar) -> Scalar:
         if a == -1:
             return -b
     return a * b
+
+
+def sine(a: Scalar) -> Scalar:
+    """sin(a) of an angle (rad)."""
+    return math.sin(a) if is_known(a) else jnp.sin(a)
+
+
+def cosine(a: Scalar) -> Scalar:
+    """cos(a) of an angle (rad)."""
+    return math.cos(a) if is_known(a) else jnp.cos(a)

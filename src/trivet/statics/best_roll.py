@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trivet.errors import InputError
-from trivet.model import Machine, dimensions
+from trivet.model import Machine, Mechanism, dimensions
 from trivet.space.frame import Angle, Frame
 from trivet.space.pose import rolled, tangent_axes
 from trivet.space.scalar import Scalar
@@ -59,25 +59,25 @@ def unrolled(position: Any, azimuth: Any, tilt: Any) -> Frame:
     return Frame(Vec(*np.moveaxis(np.asarray(position, dtype=float), -1, 0)), x, y, normal)
 
 
-def _value(machine: Machine, frame: Frame, roll: Angle, signs: Scalar, scalar: Objective) -> Scalar:
+def _value(mechanism: Mechanism, frame: Frame, roll: Angle, signs: Scalar, scalar: Objective) -> Scalar:
     """Objective at one rolled pose; minus infinity where it is not reached."""
-    stiffness, reached = platform_stiffness(machine, rolled(frame, roll), signs)
+    stiffness, reached = platform_stiffness(mechanism, rolled(frame, roll), signs)
     value = scalar(stiffness)
     return jnp.where(reached & jnp.isfinite(value), value, -jnp.inf)
 
 
 @partial(jax.jit, static_argnames="scalar")
-def on_grid(machine: Machine, frames: Frame, rolls: Angle, signs: Scalar, scalar: Objective) -> Scalar:
+def on_grid(mechanism: Mechanism, frames: Frame, rolls: Angle, signs: Scalar, scalar: Objective) -> Scalar:
     """Objective at every point and roll: frames (n,), rolls (m,), result (n, m); minus infinity where not reached."""
 
     def row(frame: Frame) -> Scalar:
-        return jax.vmap(lambda roll: _value(machine, frame, roll, signs, scalar))(rolls)
+        return jax.vmap(lambda roll: _value(mechanism, frame, roll, signs, scalar))(rolls)
 
     return jax.vmap(row)(frames)
 
 
 @partial(jax.jit, static_argnames="scalar")
-def _zoom(machine: Machine, frames: Frame, hills: Angle, offsets: Angle, signs: Scalar, scalar: Objective) -> Any:
+def _zoom(mechanism: Mechanism, frames: Frame, hills: Angle, offsets: Angle, signs: Scalar, scalar: Objective) -> Any:
     """Climb hills: frames (n,), rolls of the hills (n, k), offsets (levels, candidates).
 
     Gives the tops, their rolls, and whether a limit cuts the hill within the last, tiny, step of its top (n, k).
@@ -87,7 +87,7 @@ def _zoom(machine: Machine, frames: Frame, hills: Angle, offsets: Angle, signs: 
         def narrow(centre: Angle, offset: Angle) -> tuple[Angle, Any]:
             # Angle addition: no sine or cosine inside the kernel.
             tried = Angle(centre.cos * offset.cos - centre.sin * offset.sin, centre.sin * offset.cos + centre.cos * offset.sin)
-            values = jax.vmap(lambda roll: _value(machine, frame, roll, signs, scalar))(tried)
+            values = jax.vmap(lambda roll: _value(mechanism, frame, roll, signs, scalar))(tried)
             best = jnp.argmax(values)
             return Angle(tried.cos[best], tried.sin[best]), (values[best], jnp.isfinite(values).all())
 
@@ -128,25 +128,25 @@ def best_roll(
         raise InputError(f"rolls: {rolls}; between 8 and 100000 are needed to find the hills")
     count = len(surface)
     size = POINTS_PER_CHUNK
-    model, branch = jax.tree.map(jnp.asarray, machine), jnp.asarray(signs)
+    mechanism, branch = jax.tree.map(jnp.asarray, machine.mechanism), jnp.asarray(signs)
     parts = []
     for start in range(0, count, size):
         index = np.minimum(np.arange(start, start + size), count - 1)
         frames = unrolled(surface.position[index], surface.azimuth[index], surface.tilt[index])
-        parts.append([a[: count - start] for a in _search(model, frames, branch, scalar, rolls)])
+        parts.append([a[: count - start] for a in _search(mechanism, frames, branch, scalar, rolls)])
         progress(min(start + size, count))
     return BestRoll(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
-def _search(machine: Machine, frames: Frame, signs: Scalar, scalar: Objective, rolls: int) -> tuple[Any, ...]:
+def _search(mechanism: Mechanism, frames: Frame, signs: Scalar, scalar: Objective, rolls: int) -> tuple[Any, ...]:
     step = 2 * math.pi / rolls
     grid = step * np.arange(rolls)
-    values = np.asarray(on_grid(machine, frames, Angle(np.cos(grid), np.sin(grid)), signs, scalar))
+    values = np.asarray(on_grid(mechanism, frames, Angle(np.cos(grid), np.sin(grid)), signs, scalar))
     hills = _hills(values, min(HILLS, rolls))
     spacing = step * 0.25 ** np.arange(1, LEVELS + 1)
     offset = spacing[:, None] * np.arange(-(CANDIDATES // 2), CANDIDATES // 2 + 1)
     tops, roll, cut = _zoom(
-        machine, frames, Angle(np.cos(grid[hills]), np.sin(grid[hills])), Angle(np.cos(offset), np.sin(offset)), signs, scalar
+        mechanism, frames, Angle(np.cos(grid[hills]), np.sin(grid[hills])), Angle(np.cos(offset), np.sin(offset)), signs, scalar
     )
     # A hill that the grid did not reach has no top, even where the zoom happened upon one beside it.
     tops = np.where(np.isfinite(np.take_along_axis(values, hills, 1)), np.asarray(tops), -np.inf)

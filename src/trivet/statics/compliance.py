@@ -10,8 +10,8 @@ Each flexibility enters through the power of the basis wrenches on its screw, so
 
 from __future__ import annotations
 
-import math
 import operator
+from collections.abc import Sequence
 from functools import reduce
 from typing import NamedTuple
 
@@ -23,10 +23,11 @@ from trivet.kinematics.constraint import transmitted
 from trivet.kinematics.inverse import inverse
 from trivet.kinematics.travel import within
 from trivet.kinematics.walk import Posture, walk
-from trivet.model import Chain, Leg, Machine
+from trivet.model import Chain, Leg, Machine, Mechanism
 from trivet.model.elements import Element, Flexibility, Stock
+from trivet.model.machine import copy_rotation
 from trivet.space.frame import Frame
-from trivet.space.scalar import Scalar, is_zero
+from trivet.space.scalar import Scalar, is_known, is_zero
 from trivet.space.screw import Twist, Wrench
 from trivet.space.symmetric import Symmetric, dot
 
@@ -60,28 +61,36 @@ def leg_compliance(leg: Leg, posture: Posture, stock: Stock) -> LegCompliance:
     return LegCompliance(wrenches, matrix, parts)
 
 
-@jax.jit
-def leg_stiffness(
-    machine: Machine, chain: Chain, rotation: Scalar, pose: Frame, signs: Scalar
-) -> tuple[tuple[Scalar, ...], Scalar]:
-    """The stiffness which one copy of a chain lends the platform (upper triangle by rows), and whether it reaches the pose.
+class LegStiffness(NamedTuple):
+    """What one chain lends the platform at a pose."""
 
-    A function of its own to JAX, which traces it once for all copies of a chain and all kernels that use it.
-    """
-    leg = Leg("", chain, rotation)
+    upper: tuple[Scalar, ...]
+    """Upper triangle by rows of the stiffness at the platform centre in {O}."""
+    reached: Scalar
+    """Whether the chain closes with every joint inside its travel."""
+    shared: tuple[Scalar, ...]
+    """What several entries are made of: a kernel that wants many of them keeps these (`statics.stiffness`)."""
+
+
+@jax.jit
+def leg_stiffness(stock: Stock, leg: Leg, pose: Frame, signs: Scalar) -> LegStiffness:
+    """The stiffness of one chain; a function of its own to JAX, which traces it once for all copies of a chain."""
     posture = inverse(leg, pose, signs)
-    part = leg_compliance(leg, posture, machine.stock)
+    part = leg_compliance(leg, posture, stock)
     arm = pose.direction(leg.platform_frame().origin)
     wrenches = [w.carried(posture.heading, arm) for w in part.wrenches]
-    stiffness = _product(part.matrix.inverse(), [(*w.force, *w.moment) for w in wrenches])
-    return tuple(stiffness.upper()), within(leg, posture)
+    rows = [(*w.force, *w.moment) for w in wrenches]
+    middle = part.matrix.inverse()
+    shared = (*posture.end, *part.matrix.upper(), *middle.upper(), *(component for row in rows for component in row))
+    entries = _product(middle, rows).upper()
+    return LegStiffness(tuple(entries), within(leg, posture), tuple(s for s in shared if not is_known(s)))
 
 
-def platform_stiffness(machine: Machine, pose: Frame, signs: Scalar) -> tuple[Symmetric, Scalar]:
+def platform_stiffness(mechanism: Mechanism, pose: Frame, signs: Scalar) -> tuple[Symmetric, Scalar]:
     """Stiffness of a machine at one pose.
 
     Args:
-        machine: the machine, its actuators at rest.
+        mechanism: of the machine, its actuators at rest.
         pose: platform frame {E} in {O}, scalar components.
         signs: (n_chains, 2) working mode, see `kinematics.mode.parse_mode`.
 
@@ -89,9 +98,18 @@ def platform_stiffness(machine: Machine, pose: Frame, signs: Scalar) -> tuple[Sy
         The 6 x 6 stiffness at the platform centre in {O} (forces first; N/m, N/rad, N m/rad), and whether the pose is
         reached with all joints inside their travel.
     """
-    parts = [leg_stiffness(machine, leg.chain, leg.rotation, pose, signs[index]) for index, leg in enumerate(machine.legs)]
-    entries = [reduce(operator.add, column) for column in zip(*(upper for upper, _ in parts), strict=True)]
-    return Symmetric.of(6, entries), reduce(operator.and_, (inside for _, inside in parts))
+    return total(leg_stiffnesses(mechanism, pose, signs))
+
+
+def leg_stiffnesses(mechanism: Mechanism, pose: Frame, signs: Scalar) -> list[LegStiffness]:
+    """The stiffness of every chain at one pose; arguments as for `platform_stiffness`."""
+    return [leg_stiffness(mechanism.stock, leg.unnamed, pose, signs[k]) for k, leg in enumerate(mechanism.legs)]
+
+
+def total(parts: Sequence[LegStiffness]) -> tuple[Symmetric, Scalar]:
+    """Stiffness of all chains together, and whether all of them reach the pose."""
+    entries = [reduce(operator.add, column) for column in zip(*(part.upper for part in parts), strict=True)]
+    return Symmetric.of(6, entries), reduce(operator.and_, (part.reached for part in parts))
 
 
 def platform_stiffness_by_copies(machine: Machine, pose: Frame, signs: Scalar) -> Symmetric:
@@ -99,14 +117,17 @@ def platform_stiffness_by_copies(machine: Machine, pose: Frame, signs: Scalar) -
 
     It compiles three times as fast for three copies, which derivatives need, and runs slower, which maps could not bear.
     """
-    total, first = Symmetric(6), 0
+    entries, first = Symmetric(6), 0
     for _, chain in sorted(machine.chains.items()):
-        rotations = jnp.asarray([2 * math.pi * k / chain.copies for k in range(chain.copies)])
-        by_copy = jax.vmap(leg_stiffness, in_axes=(None, None, 0, None, 0))
-        entries, _ = by_copy(machine, chain, rotations, pose, signs[first : first + chain.copies])
-        total = total.plus(Symmetric.of(6, [entry.sum(axis=0) for entry in entries]))
+
+        def copy(rotation: Scalar, sign: Scalar, chain: Chain = chain) -> tuple[Scalar, ...]:
+            return leg_stiffness(machine.stock, Leg.standing(chain, rotation), pose, sign).upper
+
+        rotations = jnp.asarray([copy_rotation(chain, k) for k in range(chain.copies)])
+        by_copy = jax.vmap(copy)(rotations, signs[first : first + chain.copies])
+        entries = entries.plus(Symmetric.of(6, [entry.sum(axis=0) for entry in by_copy]))
         first += chain.copies
-    return total
+    return entries
 
 
 def _product(middle: Symmetric, rows: list[tuple[Scalar, ...]]) -> Symmetric:

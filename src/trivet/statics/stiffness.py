@@ -12,14 +12,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from trivet.model import Machine
+from trivet.model import Machine, Mechanism
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
-from trivet.statics.compliance import platform_stiffness
+from trivet.statics.compliance import leg_stiffnesses, total
 
-TILE = 2048
+TILE = 4096
 """Poses worked on at a time: few enough that the intermediate arrays of the fused kernel stay in the cache of one core."""
-CHUNK = 16
+CHUNK = 8
 """Tiles per call."""
 SMALL = 320
 """Poses per call of small batches, which have a compiled kernel of their own."""
@@ -28,14 +28,23 @@ UPPER = tuple((i, j) for i in range(6) for j in range(i, 6))
 
 
 @jax.jit
-def _tiles(machine: Machine, poses: Frame, signs: Scalar) -> tuple[list[Scalar], Scalar]:
-    """The 21 upper entries by rows, and whether the pose is reached, for poses (tiles, poses)."""
+def _tiles(mechanism: Mechanism, poses: Frame, signs: Scalar) -> tuple[Scalar, tuple[list[Scalar], Scalar]]:
+    """The 21 upper entries by rows, and whether the pose is reached, for poses (tiles, poses); second of two results.
 
-    def entries(pose: Frame) -> tuple[list[Scalar], Scalar]:
-        stiffness, reached = platform_stiffness(machine, pose, signs)
-        return stiffness.upper(), reached
+    XLA computes what several results share once per result, unless it is itself a result.  So the scan hands it on from tile
+    to tile, in place, where every entry finds it; that of the last tile is the first result, which nobody wants.
+    """
 
-    return jax.lax.map(jax.vmap(entries), poses)
+    def tile(poses: Frame) -> tuple[tuple[Scalar, ...], tuple[list[Scalar], Scalar]]:
+        def entries(pose: Frame) -> tuple[tuple[Scalar, ...], tuple[list[Scalar], Scalar]]:
+            parts = leg_stiffnesses(mechanism, pose, signs)
+            stiffness, reached = total(parts)
+            return tuple(s for part in parts for s in part.shared), (stiffness.upper(), reached)
+
+        return jax.vmap(entries)(poses)
+
+    shapes = jax.eval_shape(tile, jax.tree.map(lambda component: component[0], poses))[0]
+    return jax.lax.scan(lambda _, poses: tile(poses), tuple(jnp.zeros(s.shape) for s in shapes), poses)
 
 
 def stream(machine: Machine, poses: Iterator[Frame], signs: Any) -> Iterator[tuple[tuple[Any, ...], Any]]:
@@ -49,8 +58,8 @@ def stream(machine: Machine, poses: Iterator[Frame], signs: Any) -> Iterator[tup
     Yields:
         The 21 upper entries (SI) and the reached flags, arrays of shape (CHUNK, TILE).
     """
-    run = partial(_tiles, jax.tree.map(jnp.asarray, machine), signs=jnp.asarray(signs))
-    yield from in_threads(lambda pose: jax.block_until_ready(run(pose)), poses)  # type: ignore[no-untyped-call]
+    run = partial(_tiles, jax.tree.map(jnp.asarray, machine.mechanism), signs=jnp.asarray(signs))
+    yield from in_threads(lambda pose: jax.block_until_ready(run(pose))[1], poses)  # type: ignore[no-untyped-call]
 
 
 def stiffness(machine: Machine, poses: Frame, signs: Any) -> tuple[Any, Any]:

@@ -151,6 +151,11 @@ class Drivable(Joint):
     stiffness: eqx.AbstractVar[float | None]
 
     @property
+    def limits(self) -> tuple[Scalar, Scalar] | None:
+        """Lower and upper limit on the scale on which the joint is compared with its travel."""
+        return self.travel
+
+    @property
     def part(self) -> Literal["drive", "joint"]:
         """What its stiffness is the stiffness of."""
         return "drive" if self.actuated else "joint"

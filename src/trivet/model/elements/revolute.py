@@ -9,6 +9,7 @@ import equinox as eqx
 from trivet.model.elements.base import Axis, Drivable, Flexibility, Stock
 from trivet.model.quantity import AngleValue, RotationalStiffness
 from trivet.space.frame import Angle, Frame
+from trivet.space.scalar import Scalar, sine
 from trivet.space.screw import Twist, rotation
 from trivet.space.vector import Vec
 
@@ -27,6 +28,14 @@ class Revolute(Drivable):
     """What the travel limits: the angle turned, or the elevation of the next body above the base plane (asin(P_z/L))."""
     stiffness: RotationalStiffness | None = eqx.field(default=None, kw_only=True)
     """Stiffness about the axis; of an actuated hinge rigid, of a passive one zero when not given."""
+
+    @property
+    def limits(self) -> tuple[Scalar, Scalar] | None:
+        """The travel; of an elevation its sine, which needs no inverse trigonometry at every pose."""
+        if self.measure == "angle" or self.travel is None:
+            return self.travel
+        low, high = self.travel
+        return sine(low), sine(high)
 
     def advance(self, frame: Frame, coordinate: Angle) -> Frame:
         return frame.turn(self.axis, coordinate)
