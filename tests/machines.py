@@ -73,6 +73,13 @@ def bracketed() -> Machine:
     return parse(document)
 
 
+def unlocked() -> Machine:
+    """The redundant prototype with all nine drives free: chains of seven freedoms, which no closed form solves."""
+    document = document_of(load("rmmt"))
+    del document["chains"]["leg"]["elements"][0]["locked"]
+    return parse(document)
+
+
 def random_stands(machine: Machine, count: int, seed: int) -> tuple[Frame, np.ndarray]:
     """Reachable poses (count,) around home, tilted up to 100 degrees, and a working mode for each, (legs, 2, count)."""
     rng = np.random.default_rng(seed)

@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from machines import PAPER, random_stands
+from machines import PAPER, random_stands, unlocked
 
 from trivet.errors import InputError, NoResultError
 from trivet.kinematics import closure
@@ -151,7 +151,7 @@ def test_minimanipulator_feet_are_a_link_away_across_the_hinge() -> None:
 
 def test_redundant_chain_keeps_its_drives_nearest_to_the_start() -> None:
     """No neighbour among the closures (found by moving the guide a little and closing again) is nearer."""
-    machine = load("rmmt")
+    machine = unlocked()
     pose = _poses(machine, 1)[0]
     for leg in machine.legs:
         start = close_chain(leg, zyz_frame(machine.home.position, 0.0, 0.0, 0.0)).numbers

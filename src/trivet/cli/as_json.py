@@ -34,7 +34,7 @@ def diagonal_key(name: str) -> str:
 
 def card(machine: Machine) -> dict[str, Any]:
     """A machine in short."""
-    from trivet.kinematics.jacobian import is_actuated
+    from trivet.kinematics.jacobian import is_driven
 
     return {
         "name": machine.name,
@@ -44,7 +44,7 @@ def card(machine: Machine) -> dict[str, Any]:
         "chains": {
             name: {
                 "copies": chain.copies,
-                "elements": [{"name": e.name, "type": e.type, "actuated": is_actuated(e)} for e in chain.elements],
+                "elements": [{"name": e.name, "type": e.type, "actuated": is_driven(e)} for e in chain.elements],
             }
             for name, chain in sorted(machine.chains.items())
         },

@@ -51,10 +51,10 @@ def print_catalogue(machines: list[Machine]) -> None:
 
 def topology(chain: Any) -> str:
     """The joints of a chain by their letters, the actuated ones in brackets: "[P][P]RS"."""
-    from trivet.kinematics.jacobian import is_actuated
+    from trivet.kinematics.jacobian import is_driven
 
     letters = {"curvilinear": "P", "prismatic": "P", "revolute": "R", "spherical": "S", "universal": "U"}
-    joints = [(letters[e.type], is_actuated(e)) for e in chain.elements if e.type in letters]
+    joints = [(letters[e.type], is_driven(e)) for e in chain.elements if e.type in letters]
     return "".join(f"[{letter}]" if driven else letter for letter, driven in joints)
 
 
@@ -116,10 +116,12 @@ def _plain(value: Any) -> str:
 
 def print_pose(report: PoseReport, load: Any = None) -> None:
     """Everything about one pose."""
+    from trivet.kinematics.mode import mode_words
+
     x, y, z = (f"{v * 1e3:g}" for v in report.position)
     alpha, beta, gamma = (f"{math.degrees(v):.6g}" for v in report.angles)
     _print(
-        f"{report.machine.name}, mode {report.mode}, centre ({x}, {y}, {z}) mm, alpha {alpha}°, beta {beta}°, gamma {gamma}°\n"
+        f"{report.machine.name}, {mode_words(report.mode)}, centre ({x}, {y}, {z}) mm, alpha {alpha}°, beta {beta}°, gamma {gamma}°\n"
         + ("reached, all joints inside their travel" if report.miss is None else f"NOT inside travel: {report.miss.reason}")
     )
     joints = _table("joints", "joint", "coordinate", "limited", "from", "to", "")
@@ -172,8 +174,10 @@ def load_tables(load: Any) -> list[Table]:
 
 def print_map(result: StiffnessMap) -> None:
     """A stiffness map in short."""
+    from trivet.kinematics.mode import mode_words
+
     _print(
-        f"{result.machine.name}, mode {result.mode}, {result.surface.name}, best roll for {result.objective.name}",
+        f"{result.machine.name}, {mode_words(result.mode)}, {result.surface.name}, best roll for {result.objective.name}",
         _statistics([result]),
         _points([result]),
     )
@@ -230,11 +234,12 @@ def _points(maps: list[StiffnessMap]) -> Table:
 
 def print_comparison(result: Comparison) -> None:
     """A comparison: statistics, published values, tests, convergence, caveats."""
+    from trivet.kinematics.mode import mode_words
     from trivet.study.comparison import CAVEATS
 
     maps = list(result.maps)
     surfaces = "; ".join(
-        f"{m.machine.name}: {m.surface.name} at z0 = {float(m.surface.position[:, 2].min()) * 1e3:g} mm, mode {m.mode}"
+        f"{m.machine.name}: {m.surface.name} at z0 = {float(m.surface.position[:, 2].min()) * 1e3:g} mm, {mode_words(m.mode)}"
         for m in maps
     )
     _print(f"best roll for {maps[0].objective.name}. {surfaces}", _statistics(maps), _points(maps))

@@ -18,12 +18,13 @@ import numpy as np
 
 from trivet.errors import InputError, NoResultError
 from trivet.kinematics.travel import gauges_along
-from trivet.kinematics.walk import Coordinate, walk_from
+from trivet.kinematics.walk import Coordinate, Posture, walk_from
 from trivet.model import Leg, Machine
-from trivet.model.elements import Curvilinear, Element, Prismatic
-from trivet.space.frame import Angle, Frame
+from trivet.model.elements import Curvilinear, Drivable, Element, Prismatic
+from trivet.space.frame import IDENTITY, Angle, Frame
 from trivet.space.pose import zyz_frame
 from trivet.space.scalar import Scalar
+from trivet.space.vector import Vec
 
 Array: TypeAlias = Any
 Numbers: TypeAlias = Mapping[str, Sequence[float]]
@@ -120,12 +121,24 @@ def close_chain(leg: Leg, pose: Frame, start: Numbers | None = None) -> Closure:
     return min(outside, key=lambda closure: closure.excess)
 
 
+def posture_of(leg: Leg, pose: Frame, closure: Closure) -> Posture:
+    """A chain that was closed numerically as a posture; its walk is written in the axes of its base."""
+    base, end = leg.base_frame(), pose.shift(leg.platform_frame().origin).origin
+    local = end - base.origin
+    seen = Vec(local @ base.x, local @ base.y, local.z)
+    heading = Angle(base.x.x, base.x.y)
+    return Posture(heading, IDENTITY, seen, closure.coordinates, closure.coordinates, math.inf)
+
+
 def coordinates_from(elements: tuple[Element, ...], numbers: Array) -> tuple[Coordinate, ...]:
     """Coordinates as `Element.advance` takes them, from one flat array (n,) in m and rad."""
     found: list[Coordinate] = []
     values = iter(range(numbers.shape[0]))
     for element in elements:
-        own = tuple(_coordinate(kind, numbers[next(values)]) for kind in element.COORDINATES)
+        if isinstance(element, Drivable) and element.locked is not None:
+            found.append(_coordinate(element.COORDINATES[0], element.locked))
+            continue
+        own = tuple(_coordinate(kind, numbers[next(values)]) for kind in element.unknowns)
         found.append(None if not own else own[0] if len(own) == 1 else own)
     return tuple(found)
 
@@ -171,7 +184,7 @@ _gap_slope = eqx.filter_jit(jax.jacfwd(_gap_of))
 
 
 def _kinds(elements: tuple[Element, ...]) -> list[str]:
-    return [kind for element in elements for kind in element.COORDINATES]
+    return [kind for element in elements for kind in element.unknowns]
 
 
 def _scaled(elements: tuple[Element, ...], unknowns: Array, factor: Scalar) -> Array:
@@ -181,7 +194,7 @@ def _scaled(elements: tuple[Element, ...], unknowns: Array, factor: Scalar) -> A
 
 
 def _driven(elements: tuple[Element, ...]) -> Array:
-    return np.array([getattr(e, "actuated", False) for e in elements for _ in e.COORDINATES], dtype=float)
+    return np.array([isinstance(e, Drivable) and e.is_driven for e in elements for _ in e.unknowns], dtype=float)
 
 
 def _size(vector: Array) -> float:
@@ -241,8 +254,8 @@ def _closure(leg: Leg, loop: _Loop, unknowns: Array) -> Closure:
     ]
     numbers, rest = {}, list(values)
     for element in elements:
-        if element.COORDINATES:
-            numbers[element.name], rest = tuple(rest[: len(element.COORDINATES)]), rest[len(element.COORDINATES) :]
+        if element.unknowns:
+            numbers[element.name], rest = tuple(rest[: len(element.unknowns)]), rest[len(element.unknowns) :]
     coordinates = coordinates_from(elements, np.array(values))
     steps = walk_from(leg.base_frame(), elements, coordinates)
     excess = [float(max(g.low - g.value, g.value - g.high) / (g.high - g.low)) for g in gauges_along(leg, steps, coordinates)]
@@ -250,7 +263,7 @@ def _closure(leg: Leg, loop: _Loop, unknowns: Array) -> Closure:
 
 
 def _from_numbers(elements: tuple[Element, ...], numbers: Numbers) -> Array:
-    wanted = {e.name: len(e.COORDINATES) for e in elements if e.COORDINATES}
+    wanted = {e.name: len(e.unknowns) for e in elements if e.unknowns}
     if {name: len(values) for name, values in numbers.items()} != wanted:
         listed = ", ".join(f"{name} ({count})" for name, count in wanted.items())
         raise InputError(f"start: expected the coordinates of {listed}; got {', '.join(numbers) or 'none'}")
@@ -269,6 +282,8 @@ def _guesses(leg: Leg, pose: Frame) -> Iterator[Array]:
 
 def _ranges(leg: Leg, element: Element, pose: Frame) -> list[tuple[float, float]]:
     """Where to start each coordinate of an element: in its travel, or around where the platform joint seems to want it."""
+    if not element.unknowns:
+        return []
     travel = getattr(element, "travel", None)
     if travel is not None and getattr(element, "measure", "angle") == "angle":
         return [(float(travel[0]), float(travel[1]))]
@@ -279,4 +294,4 @@ def _ranges(leg: Leg, element: Element, pose: Frame) -> list[tuple[float, float]
     if isinstance(element, Curvilinear):
         azimuth = math.atan2(towards @ base.y, towards @ base.x)
         return [(azimuth - math.pi, azimuth + math.pi)]
-    return [(-math.pi, math.pi)] * len(element.COORDINATES)
+    return [(-math.pi, math.pi)] * len(element.unknowns)

@@ -1,70 +1,72 @@
-"""Inverse kinematics in closed form: a guide, which puts the platform joint into a plane, carrying a planar leg.
-
-The guide fixes the chain's frame and with it the plane; the leg families (`legs/`) solve the plane.  Families are chosen by
-what the chain is made of.
-"""
+"""Inverse kinematics in closed form, for every chain of a kind that `chains/` knows."""
 
 from __future__ import annotations
 
-import math
 from types import ModuleType
 
-import jax.numpy as jnp
-
 from trivet.errors import InputError
-from trivet.kinematics.legs import elbow, slide_link, telescope
-from trivet.kinematics.walk import Posture, at_rest
-from trivet.model import Leg
-from trivet.model.elements import Curvilinear, Element, Offset, Prismatic
-from trivet.space.frame import IDENTITY, Angle, Frame
-from trivet.space.scalar import Scalar, mul
-from trivet.space.vector import Vec
+from trivet.kinematics.chains import foot, planar, strut
+from trivet.kinematics.walk import Posture
+from trivet.model import Leg, Machine
+from trivet.model.elements import Drivable
+from trivet.space.frame import Frame
+from trivet.space.scalar import Scalar
 
-SIDE, ELBOW = 0, 1
-"""Columns of the signs of a working mode."""
-
-ON_AXIS = 1e-9
-"""Distance (m) from the axis of a circular guide at which a carriage has no place any more (a Type 1 singularity)."""
-
-FAMILIES: tuple[ModuleType, ...] = (slide_link, telescope, elbow)
+KINDS: tuple[ModuleType, ...] = (planar, strut, foot)
 
 
-def family_of(leg: Leg) -> ModuleType:
-    """The leg family which solves a chain.
+def kind_of(leg: Leg) -> ModuleType:
+    """The kind of chain which solves a leg.
 
     Raises:
-        InputError: when no family matches.
+        InputError: when the chain has not six freedoms, or no kind matches.
     """
-    guide, *rest = leg.chain.elements
-    if isinstance(guide, Curvilinear) or (isinstance(guide, Prismatic) and abs(guide.axis[1]) == 1):
-        core = _after_offsets(tuple(rest))
-        for family in FAMILIES:
-            if family.matches(core):
-                return family
-    kinds = " ".join(e.type for e in leg.chain.elements)
+    elements = leg.chain.elements
+    _require_six(leg)
+    for kind in KINDS:
+        if kind.matches(elements):
+            return kind
+    kinds = " ".join(e.type for e in elements)
     raise InputError(
-        f"chains.{leg.name}: no closed-form inverse kinematics for the chain {kinds}; solved are a circular or "
-        "straight guide with a slide and link, a telescope or two links (the machine can be shown)"
+        f"chains.{leg.name}: no closed-form inverse kinematics for the chain {kinds}; solved are a circular or straight guide "
+        "with a slide and link, a telescope or two links; a strut; a foot in the plane (single poses are closed numerically)"
     )
 
 
+def require_six_freedoms(machine: Machine) -> None:
+    """Raise InputError, naming the joints to lock or release, unless every chain has the platform's six freedoms."""
+    for leg in machine.legs:
+        _require_six(leg)
+
+
+def _require_six(leg: Leg) -> None:
+    joints = leg.chain.elements
+    count = sum(len(e.unknowns) for e in joints)
+    drives = ", ".join(e.name for e in joints if isinstance(e, Drivable) and e.actuated)
+    if count > 6:
+        raise InputError(
+            f"chains.{leg.name}: has {count} freedoms, {count - 6} more than the platform; "
+            f"lock {count - 6} of its drives {drives}, as in --lock {leg.name}.{drives.split(', ')[0]}=VALUE"
+        )
+    if count < 6:
+        raise InputError(
+            f"chains.{leg.name}: has {count} freedoms, so the platform cannot keep its six; release {6 - count} of its joints"
+        )
+
+
 def has_closed_form(leg: Leg) -> bool:
-    """Whether a leg family solves a chain."""
+    """Whether a kind of chain solves a leg."""
     try:
-        family_of(leg)
+        kind_of(leg)
     except InputError:
         return False
     return True
 
 
-def _after_offsets(elements: tuple[Element, ...]) -> tuple[Element, ...]:
-    return _after_offsets(elements[1:]) if isinstance(elements[0], Offset) else elements
-
-
 def branches(leg: Leg) -> tuple[int, ...]:
     """The choices which a chain's inverse kinematics has, out of SIDE and ELBOW."""
-    side = (SIDE,) if isinstance(leg.chain.elements[0], Curvilinear) else ()
-    return side + ((ELBOW,) if family_of(leg).HAS_ELBOW else ())
+    found: tuple[int, ...] = kind_of(leg).branches(leg.chain.elements)
+    return found
 
 
 def inverse(leg: Leg, pose: Frame, signs: Scalar) -> Posture:
@@ -77,32 +79,9 @@ def inverse(leg: Leg, pose: Frame, signs: Scalar) -> Posture:
 
     Returns:
         The posture; coordinates are NaN where `reach` is below zero.
+
+    Raises:
+        InputError: no kind of chain solves the leg.
     """
-    family = family_of(leg)
-    end = pose.shift(leg.platform_frame().origin).origin
-    guide, *rest = leg.chain.elements
-    heading, plane_end, coordinate, clear = _on_guide(guide, leg.base_frame(), end, signs[SIDE])
-    frame = guide.advance(IDENTITY, at_rest(guide))
-    core = _after_offsets(tuple(rest))
-    leading = rest[: len(rest) - len(core)]
-    for offset in leading:
-        assert isinstance(offset, Offset)
-        frame = offset.advance(frame)
-    solved, reach = family.solve(core, frame, plane_end, signs[ELBOW])
-    return Posture(heading, plane_end, (coordinate, *(None for _ in leading), *solved), jnp.minimum(reach, clear))
-
-
-def _on_guide(guide: Element, base: Frame, end: Vec, side: Scalar) -> tuple[Angle, Vec, Scalar, Scalar]:
-    """Heading of the chain's frame, P in it, the coordinate of the guide, and a reach: below zero on the axis of a circle."""
-    local = end - base.origin
-    if isinstance(guide, Curvilinear):
-        square = local.x * local.x + local.y * local.y
-        # sqrt(1/s), not 1/sqrt(s): XLA makes of the latter a call that stops vectorisation.
-        inverse_radius = mul(side, jnp.sqrt(1 / square))
-        heading = Angle(local.x * inverse_radius, local.y * inverse_radius)
-        radius = square * inverse_radius
-        turned = Angle(heading.cos * base.x.x + heading.sin * base.x.y, heading.sin * base.x.x - heading.cos * base.x.y)
-        return heading, Vec(radius, 0, local.z), turned, square - ON_AXIS * ON_AXIS
-    assert isinstance(guide, Prismatic)
-    along = local @ base.y
-    return Angle(base.x.x, base.x.y), Vec(local @ base.x, 0, local.z), along * guide.axis[1], math.inf
+    posture: Posture = kind_of(leg).stand(leg, pose, signs)
+    return posture

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 
 from trivet.errors import InputError
 from trivet.kinematics.constraint import transmitted
-from trivet.kinematics.inverse import inverse
+from trivet.kinematics.standing import postures
 from trivet.kinematics.walk import walk
 from trivet.model import Machine
 from trivet.model.elements import Drivable, Element
@@ -25,9 +25,9 @@ class ConstraintRows(NamedTuple):
     """(n, 6): the wrenches at the platform centre in {O}, forces first."""
 
 
-def is_actuated(element: Element) -> bool:
-    """Whether an element is an actuated joint."""
-    return isinstance(element, Drivable) and element.actuated
+def is_driven(element: Element) -> bool:
+    """Whether an element is a joint that a drive moves: actuated, and not locked."""
+    return isinstance(element, Drivable) and element.is_driven
 
 
 def actuator_names(machine: Machine) -> list[str]:
@@ -35,26 +35,25 @@ def actuator_names(machine: Machine) -> list[str]:
     ranked = [
         (rank, f"{leg.name}.{element.name}")
         for leg in machine.legs
-        for rank, element in enumerate(e for e in leg.chain.elements if is_actuated(e))
+        for rank, element in enumerate(e for e in leg.chain.elements if is_driven(e))
     ]
     return [name for _, name in sorted(ranked, key=lambda pair: pair[0])]
 
 
 def constraint_rows(machine: Machine, pose: Frame, signs: Scalar) -> ConstraintRows:
-    """J_q and J_x of Eq (33) at one pose, closed form for every chain with a leg family.
+    """J_q and J_x of Eq (33) at one pose.
 
     Args:
         machine: the machine.
         pose: platform frame in {O}, scalar components.
-        signs: (n_chains, 2) working mode.
+        signs: (n_chains, 2) working mode, or None as for `standing.postures`.
     """
     names = actuator_names(machine)
     rows_q, rows_x = [], []
-    for index, leg in enumerate(machine.legs):
-        posture = inverse(leg, pose, signs[index])
+    for leg, posture in zip(machine.legs, postures(machine, pose, signs), strict=True):
         steps = walk(leg.chain.elements, posture)
-        passive = [t for e, f, c in steps if not is_actuated(e) for t in e.freedoms(f, c, posture.end)]
-        driven = {f"{leg.name}.{e.name}": e.freedoms(f, c, posture.end)[0] for e, f, c in steps if is_actuated(e)}
+        passive = [t for e, f, c in steps if not is_driven(e) for t in e.freedoms(f, c, posture.end)]
+        driven = {f"{leg.name}.{e.name}": e.freedoms(f, c, posture.end)[0] for e, f, c in steps if is_driven(e)}
         arm = pose.direction(leg.platform_frame().origin)
         for wrench in transmitted(passive):
             rows_q.append([wrench @ driven[name] if name in driven else 0.0 for name in names])

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from trivet.errors import InputError
-from trivet.kinematics.inverse import branches
+from trivet.kinematics.inverse import branches, has_closed_form, kind_of
 from trivet.model import Machine
 
 
@@ -23,9 +23,16 @@ def parse_mode(machine: Machine, text: str | None = None) -> Any:
         machine: the machine.
         text: the mode; the machine's own when None or empty, all plus when it has none.
 
+    Returns:
+        The signs, or None for a machine with a chain that has no closed form: it has no working modes by name.
+
     Raises:
-        InputError: when groups or signs are too few or too many.
+        InputError: when groups or signs are too few or too many, or name a mode of a machine that has none by name.
     """
+    if not all(has_closed_form(leg) for leg in machine.legs):
+        if text is not None and text.strip():
+            return closed_form_signs(machine, text)
+        return None
     written = text if text is not None else machine.home.mode
     counts = [len(branches(leg)) for leg in machine.legs]
     example = " ".join("+" * n for n in counts)
@@ -46,9 +53,16 @@ def parse_mode(machine: Machine, text: str | None = None) -> Any:
 
 
 def mode_text(machine: Machine, signs: Any) -> str:
-    """The written form of signs (n_chains, 2); empty for a machine that has no choice."""
+    """The written form of signs (n_chains, 2); empty for a machine that has no choice, or that is closed numerically (None)."""
+    if signs is None:
+        return ""
     groups = ("".join("+" if signs[i][b] > 0 else "-" for b in branches(leg)) for i, leg in enumerate(machine.legs))
     return " ".join(group for group in groups if group)
+
+
+def mode_words(written: str) -> str:
+    """A written mode in a sentence."""
+    return f"mode {written}" if written else "no choice of mode"
 
 
 def describe_branches(machine: Machine) -> str:
@@ -61,3 +75,10 @@ def all_modes(machine: Machine) -> list[str]:
     """Every working mode of a machine, as text."""
     groups = [["".join(signs) for signs in product("+-", repeat=len(branches(leg)))] for leg in machine.legs]
     return [" ".join(group for group in choice if group) for choice in product(*groups)]
+
+
+def closed_form_signs(machine: Machine, text: str | None = None) -> Any:
+    """`parse_mode` for what is done at many poses: raises InputError, naming the chain, where there is no closed form."""
+    for leg in machine.legs:
+        kind_of(leg)
+    return parse_mode(machine, text)

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from trivet.kinematics.inverse import inverse
+from trivet.kinematics.standing import postures
 from trivet.kinematics.travel import gauges
 from trivet.model import Machine
 from trivet.model.elements import Drivable, Prismatic, Revolute
@@ -46,11 +46,10 @@ def joint_elements(machine: Machine) -> list[Drivable]:
 
 
 def joint_state(machine: Machine, pose: Frame, signs: Scalar) -> JointState:
-    """Coordinates, travel and reach of all joints at one pose (NaN where a chain cannot close)."""
+    """Coordinates, travel and reach of all joints at one pose (NaN where a chain cannot close); signs as for `postures`."""
     columns: list[tuple[Scalar, ...]] = []
     reach = []
-    for index, leg in enumerate(machine.legs):
-        posture = inverse(leg, pose, signs[index])
+    for leg, posture in zip(machine.legs, postures(machine, pose, signs), strict=True):
         reach.append(posture.reach)
         limited = {gauge.joint.name: gauge for gauge in gauges(leg, posture)}
         for element, coordinate in zip(leg.chain.elements, posture.coordinates, strict=True):
@@ -71,6 +70,14 @@ def _stack(values: Sequence[Scalar]) -> Scalar:
 
 joint_states = jax.jit(jax.vmap(joint_state, in_axes=(None, 0, None)))
 """`joint_state` over a batch of poses: component arrays of shape (n,)."""
+
+
+def joint_state_once(machine: Machine, pose: Frame, signs: Any) -> JointState:
+    """`joint_state` at one pose of floats as a batch of one, NumPy arrays; signs may be None."""
+    if signs is None:
+        return JointState(*(np.asarray(a)[None] for a in joint_state(machine, pose, None)))
+    batch = Frame(*(type(v)(*(np.asarray([c], dtype=float) for c in v)) for v in pose))
+    return JointState(*(np.asarray(a) for a in joint_states(machine, batch, signs)))
 
 
 class Shortfall(NamedTuple):

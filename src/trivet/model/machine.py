@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Annotated, Literal, NamedTuple, TypeVar
@@ -16,6 +16,7 @@ from typing import Annotated, Literal, NamedTuple, TypeVar
 import equinox as eqx
 from pydantic import Field, StringConstraints, TypeAdapter
 
+from trivet.errors import InputError, nearest
 from trivet.model.elements import AnyElement, Curvilinear, Drivable, Element, Spherical, Stock
 from trivet.model.elements.base import Name
 from trivet.model.quantity import AngleValue, Inertia, Length, LengthOrZero, Mass, PositiveLength, Stiffness, StiffnessVariance
@@ -247,6 +248,32 @@ class Machine(eqx.Module):
         """The machine with or without shear deflection of its beams."""
         return _replace(self, theory=theory)
 
+    def with_locks(self, locks: Mapping[str, float]) -> Machine:
+        """The machine with joints locked at coordinates (m or rad) while it works.
+
+        Args:
+            locks: by the name of a joint, in every chain that has it ("radial"), or in one chain ("leg-2.radial").  A chain
+                that is named keeps none of the locks of its file.  Copies of a chain that differ become chains of their own.
+
+        Raises:
+            InputError: for a name that no joint which can be locked has.
+        """
+        own = {leg.name: _locks_of(leg, locks) for leg in self.legs}
+        used = {written for found in own.values() for written, _, _ in found}
+        names = [f"{leg.name}.{e.name}" for leg in self.legs for e in leg.chain.elements if isinstance(e, Drivable)]
+        for written in locks:
+            if written not in used:
+                raise InputError(f"lock {written}: no such joint{nearest(written, names)}")
+        chains: dict[str, Chain] = {}
+        for name, chain in self.chains.items():
+            legs = [leg for leg in self.legs if leg.chain is chain]
+            sets = [{element: value for _, element, value in own[leg.name]} for leg in legs]
+            if all(s == sets[0] for s in sets):
+                chains[name] = _relocked(chain, sets[0])
+            else:
+                chains |= {leg.name: _relocked(leg.alone(), s) for leg, s in zip(legs, sets, strict=True)}
+        return _replace(self, chains=chains)
+
     def _with_elements(self, change: Callable[[Element], Element]) -> Machine:
         chains = {
             name: _replace(chain, elements=tuple(change(e) for e in chain.elements)) for name, chain in self.chains.items()
@@ -276,6 +303,13 @@ class Leg(eqx.Module):
         limits = tuple(e.limits if isinstance(e, Drivable) else None for e in chain.elements)
         return cls(name, chain, rotation, *turns, limits)
 
+    def alone(self) -> Chain:
+        """The chain as a chain of its own, standing where this copy stands."""
+        # Without a base the angle on the circle is counted from {O}, in every copy.
+        base = self.chain.base and _replace(self.chain.base, azimuth=self.chain.base.azimuth + self.rotation)
+        joint = _replace(self.chain.platform_joint, azimuth=self.chain.platform_joint.azimuth + self.rotation)
+        return _replace(self.chain, copies=1, base=base, platform_joint=joint)
+
     @property
     def unnamed(self) -> Leg:
         """The leg as kernels take it, which are the same for all copies of a chain."""
@@ -299,6 +333,23 @@ class Mechanism(NamedTuple):
 
     legs: tuple[Leg, ...]
     stock: Stock
+
+
+def _locks_of(leg: Leg, locks: Mapping[str, float]) -> list[tuple[str, str, float]]:
+    """Locks that concern a leg: as written, the element, and the coordinate."""
+    drivable = [e.name for e in leg.chain.elements if isinstance(e, Drivable)]
+    return [(text, e, locks[text]) for e in drivable for text in (e, f"{leg.name}.{e}") if text in locks]
+
+
+def _relocked(chain: Chain, locks: Mapping[str, float]) -> Chain:
+    """A chain with these locks instead of its own; as it is when there are none."""
+    if not locks:
+        return chain
+    elements = tuple(
+        _replace(e, locked=float(locks[e.name]) if e.name in locks else None) if isinstance(e, Drivable) else e
+        for e in chain.elements
+    )
+    return _replace(chain, elements=elements)
 
 
 def copy_rotation(chain: Chain, copy: int) -> float:

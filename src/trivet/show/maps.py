@@ -46,7 +46,7 @@ def draw_map(
 
 def _title(result: StiffnessMap) -> str:
     reached = f"{int(result.used.sum())} of {len(result.surface)} points reached"
-    return f"{result.machine.name}, {result.surface.name}, mode {result.mode}: {reached}"
+    return f"{result.machine.name}, {result.surface.name}, {mode_words(result.mode)}: {reached}"
 
 
 def _panels(result: StiffnessMap, quantities: tuple[str, ...]) -> list[tuple[str, Any, str]]:

@@ -8,11 +8,9 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from trivet.errors import NoResultError
-from trivet.kinematics.closure import close_machine
-from trivet.kinematics.inverse import branches, has_closed_form, inverse
-from trivet.kinematics.mode import parse_mode
-from trivet.kinematics.walk import Coordinate, walk_from
+from trivet.kinematics.mode import mode_text, parse_mode
+from trivet.kinematics.standing import stand
+from trivet.kinematics.walk import Coordinate
 from trivet.model import Leg, Machine
 from trivet.model.elements import Beam, Curvilinear, Element, Offset, Prismatic, Profile, Revolute, Spherical, Universal
 from trivet.model.elements.beam import beam_axes
@@ -69,7 +67,8 @@ def scene(machine: Machine, pose: Frame | None = None, mode: str | None = None) 
         NoResultError: when a chain does not reach the pose.
     """
     pose = home_pose(machine) if pose is None else pose
-    stands, written = _stand(machine, pose, mode)
+    signs = parse_mode(machine, mode)
+    stands, written = [(one.leg, list(one.steps)) for one in stand(machine, pose, signs)], mode_text(machine, signs)
     unit = _unit(machine)
     found = list(_ground(machine, unit))
     joints: list[Label] = []
@@ -92,26 +91,6 @@ def scene(machine: Machine, pose: Frame | None = None, mode: str | None = None) 
             for axis, column in zip("xyz", _axes(frame).T, strict=True)
         ]
     return Scene(tuple(_once(found)), tuple(joints), frozenset(first), tuple(frames), written, pose)
-
-
-def _stand(machine: Machine, pose: Frame, mode: str | None) -> tuple[list[tuple[Leg, list[Step]]], str]:
-    """Every chain with the frames of its elements in {O}, and the working mode."""
-    legs = machine.legs
-    coordinates: list[tuple[Coordinate, ...]]
-    written = ""
-    if mode is not None or all(has_closed_form(leg) for leg in legs):
-        signs = parse_mode(machine, mode)
-        written = " ".join("".join("+" if signs[i, b] > 0 else "-" for b in branches(leg)) for i, leg in enumerate(legs))
-        coordinates = []
-        for leg, sign in zip(legs, signs, strict=True):
-            posture = inverse(leg, pose, sign)
-            if not posture.reach >= 0:
-                raise NoResultError(f"chains.{leg.name}: does not reach this pose; there is nothing to draw")
-            coordinates.append(posture.coordinates)
-    else:
-        coordinates = [closure.coordinates for closure in close_machine(machine, pose)]
-    walks = [walk_from(leg.base_frame(), leg.chain.elements, own) for leg, own in zip(legs, coordinates, strict=True)]
-    return list(zip(legs, walks, strict=True)), written
 
 
 def _point(frame: Frame) -> Array:

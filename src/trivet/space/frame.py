@@ -15,6 +15,14 @@ class Angle(NamedTuple):
     sin: Scalar
 
 
+class Turn(NamedTuple):
+    """A rotation: three orthonormal axes, written in the axes that it turns."""
+
+    x: Vec
+    y: Vec
+    z: Vec
+
+
 class Frame(NamedTuple):
     """An origin (m) and three orthonormal axes, all written in the axes of an outer frame."""
 
@@ -44,9 +52,13 @@ class Frame(NamedTuple):
 
         return Frame(self.origin, *(self.direction(turned(v)) for v in (X, Y, Z)))
 
+    def turned_by(self, turn: Turn) -> Frame:
+        """The frame turned by a rotation given in its own axes."""
+        return Frame(self.origin, *(self.direction(v) for v in turn))
+
     def place(self, inner: Frame) -> Frame:
         """The frame `inner`, given in this frame's axes, written in the outer axes."""
-        return Frame(self.shift(inner.origin).origin, *(self.direction(v) for v in (inner.x, inner.y, inner.z)))
+        return self.shift(inner.origin).turned_by(Turn(inner.x, inner.y, inner.z))
 
     def matrix(self) -> tuple[tuple[Scalar, ...], ...]:
         """Rotation matrix by rows: columns are the axes."""

@@ -26,6 +26,9 @@ class Vec(NamedTuple):
     def __mul__(self, factor: Scalar) -> Vec:
         return Vec(mul(self.x, factor), mul(self.y, factor), mul(self.z, factor))
 
+    def __truediv__(self, divisor: Scalar) -> Vec:
+        return self * (1 / divisor)
+
     def __matmul__(self, other: Vec) -> Scalar:
         """Dot product."""
         return add(add(mul(self.x, other.x), mul(self.y, other.y)), mul(self.z, other.z))

@@ -15,9 +15,9 @@ from typing import Any
 import jax
 import numpy as np
 
-from trivet.errors import InputError, NoResultError
-from trivet.kinematics.inverse import inverse
-from trivet.kinematics.jacobian import is_actuated
+from trivet.errors import InputError
+from trivet.kinematics.jacobian import is_driven
+from trivet.kinematics.standing import stand
 from trivet.kinematics.walk import Coordinate, walk_from
 from trivet.model import Leg, Machine
 from trivet.model.elements import Beam, Joint, Offset, Prismatic, Profile, Stock
@@ -110,24 +110,19 @@ class _Builder:
 
 
 def assemble(machine: Machine, pose: Frame, signs: Any) -> Structure:
-    """The structure of a machine at a pose, its chains by closed-form inverse kinematics.
+    """The structure of a machine at a pose.
 
     Args:
         machine: the machine, its actuators at rest.
         pose: platform frame {E} in {O}, m; components are numbers, or arrays of one batch shape.
-        signs: (n_chains, 2) working mode, see `kinematics.mode.parse_mode`, or (n_chains, 2, ...) one per pose.
+        signs: (n_chains, 2) working mode, see `kinematics.mode.parse_mode`, or (n_chains, 2, ...) one per pose; None for a
+            machine without working modes, at one pose.
 
     Raises:
         NoResultError: a chain does not reach the pose (travel limits are not looked at).
-        InputError: a chain without closed form; a batch in which a beam has zero length at some poses and not at others.
+        InputError: a batch in which a beam has zero length at some poses and not at others.
     """
-    standing = []
-    for leg, sign in zip(machine.legs, signs, strict=True):
-        posture = inverse(leg, pose, sign)
-        if not np.all(np.asarray(posture.reach) >= 0):
-            raise NoResultError(f"{machine.name}: chain {leg.name} does not reach the pose in this working mode")
-        standing.append(posture.coordinates)
-    return assemble_standing(machine, pose, standing)
+    return assemble_standing(machine, pose, [one.posture.coordinates for one in stand(machine, pose, signs)])
 
 
 def assemble_standing(machine: Machine, pose: Frame, coordinates: Sequence[tuple[Coordinate, ...]]) -> Structure:
@@ -195,7 +190,7 @@ def _joint(
     sprung = bare.flexibilities(frame, coordinate, at, build.stock)
     yielding = [build.screw(twist) for twist in (*slack, *(f.twist for f in sprung))]
     drive = None
-    if is_actuated(joint):
+    if is_driven(joint):
         twist = sprung[0].twist if sprung else joint.freedoms(frame, coordinate, at)[0]
         drive = build.screw(twist)
     screws = np.stack(yielding, axis=-1) if yielding else np.zeros((*build.shape, 6, 0))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trivet.errors import NoResultError
-from trivet.kinematics.inverse import inverse
+from trivet.kinematics.standing import postures
 from trivet.model import Machine
 from trivet.space.frame import Frame
 from trivet.statics.compliance import leg_compliance
@@ -74,8 +74,7 @@ def compliance_budget(machine: Machine, pose: Frame, signs: Any, stiffness: NDAr
     if not deflection > 0:
         raise NoResultError("the compliance budget needs a load that is not zero")
     energies: dict[tuple[str, str, str], float] = {}
-    for index, leg in enumerate(machine.legs):
-        posture = inverse(leg, pose, signs[index])
+    for leg, posture in zip(machine.legs, postures(machine, pose, signs), strict=True):
         part = leg_compliance(leg, posture, machine.stock)
         arm = pose.direction(leg.platform_frame().origin)
         rows = np.array([_floats(w.carried(posture.heading, arm)) for w in part.wrenches])

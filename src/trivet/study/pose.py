@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trivet.errors import InputError, NoResultError, nearest
+from trivet.kinematics.inverse import require_six_freedoms
 from trivet.kinematics.jacobian import actuator_names, inverse_jacobian
 from trivet.kinematics.mode import mode_text, parse_mode
-from trivet.kinematics.report import JointState, Shortfall, joint_elements, joint_names, joint_states, shortfall
+from trivet.kinematics.report import JointState, Shortfall, joint_elements, joint_names, joint_state_once, shortfall
 from trivet.model import Machine
 from trivet.model.elements import Prismatic
 from trivet.space.frame import Frame
@@ -23,6 +24,7 @@ from trivet.statics.budget import Share, compliance, compliance_budget, require_
 from trivet.statics.load import LoadResult, load_case, masses
 from trivet.statics.objective import AXES, Objective, objective
 from trivet.statics.stiffness import stiffness
+from trivet.statics.structure import structural_stiffness
 from trivet.study.machines import MachineLike, choose
 
 _NONE = (0.0, 0.0, 0.0)
@@ -76,14 +78,18 @@ class PoseReport:
 
     @property
     def signs(self) -> Any:
-        """Signs of the working mode."""
-        return parse_mode(self.machine, self.mode)
+        """Signs of the working mode; None for a machine that is closed numerically."""
+        return parse_mode(self.machine, self.mode or None)
 
     @cached_property
     def stiffness(self) -> NDArray[Any]:
         """(6, 6) at the platform centre, forces first (N/m, N/rad, N m/rad)."""
-        batch = Frame(*(type(v)(*(np.asarray([c], dtype=float) for c in v)) for v in self.frame))
-        matrix: NDArray[Any] = stiffness(self.machine, batch, self.signs)[0][0]
+        matrix: NDArray[Any]
+        if self.signs is None:
+            matrix = structural_stiffness(self.machine, self.frame, None)
+        else:
+            batch = Frame(*(type(v)(*(np.asarray([c], dtype=float) for c in v)) for v in self.frame))
+            matrix = stiffness(self.machine, batch, self.signs)[0][0]
         require_finite(self.machine, matrix)
         return matrix
 
@@ -168,10 +174,10 @@ def pose(
         raise InputError("the pose needs three finite coordinates and three finite angles")
     if max(abs(angle) for angle in angles) > LARGEST_ANGLE:
         raise InputError(f"the pose has an angle of {max(angles, key=abs):g} rad; give it within a few turns")
+    require_six_freedoms(chosen)
     signs = parse_mode(chosen, mode)
     frame = zyz_frame(place, *angles)
-    batch = Frame(*(type(v)(*(np.asarray([c], dtype=float) for c in v)) for v in frame))
-    state = JointState(*(np.asarray(a) for a in joint_states(chosen, batch, signs)))
+    state = joint_state_once(chosen, frame, signs)
     miss = shortfall(chosen, state)
     if miss is not None and (strict or miss.joint is None):
         raise NoResultError(f"{chosen.name}: the pose is not reached: {miss.reason}")

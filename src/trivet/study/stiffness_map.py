@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trivet.errors import InputError, NoResultError
-from trivet.kinematics.mode import mode_text, parse_mode
+from trivet.kinematics.mode import closed_form_signs, mode_text, parse_mode
 from trivet.kinematics.report import OUTSIDE_TRAVEL, JointState, Shortfall, joint_states, shortfall, travel_excess
 from trivet.model import Machine
 from trivet.space.frame import Frame
@@ -167,7 +167,7 @@ def stiffness_map(
     machine = choose(machine)
     surface = surface if surface is not None else surface_of(machine)
     scalar = read_objective(objective)
-    signs = parse_mode(machine, mode)
+    signs = closed_form_signs(machine, mode)
     best = best_roll(machine, surface, signs, scalar, rolls, progress)
     used = np.isfinite(best.roll)
     matrix = np.full((len(surface), 6, 6), np.nan)
@@ -177,5 +177,6 @@ def stiffness_map(
     result = StiffnessMap(machine, mode_text(machine, signs), surface, scalar, best, matrix)
     if not used.any():
         first = next(iter(result.excluded.values()))
-        raise NoResultError(f"{machine.name}: no point of the {surface.name} is reached in mode {result.mode}; {first.reason}")
+        mode_words = f" in mode {result.mode}" if result.mode else ""
+        raise NoResultError(f"{machine.name}: no point of the {surface.name} is reached{mode_words}; {first.reason}")
     return result

@@ -41,6 +41,24 @@ def solve(elements: tuple[Element, ...], frame: Frame, end: Vec, elbow: Scalar) 
     return ((to_end @ along) - run, angle, None, None), reach
 
 
+def is_locked_flat(elements: tuple[Element, ...]) -> bool:
+    """Whether the slide is locked and radial, so that the link alone decides how far out its end is at a given height."""
+    slide = elements[0]
+    return isinstance(slide, Prismatic) and slide.locked is not None and slide.axis[2] == 0
+
+
+def outwards(elements: tuple[Element, ...], frame: Frame, height: Scalar, elbow: Scalar) -> tuple[Scalar, Scalar]:
+    """How far out (m) the end of the link is at a height (m) when the slide is locked, and the reach (m^2)."""
+    slide, _, link, _ = elements
+    assert isinstance(slide, Prismatic)
+    assert isinstance(link, Beam)
+    along = frame.direction(slide.axis)
+    hinge = frame.origin + along * slide.locked
+    rise = height - hinge.z
+    reach = link.length * link.length - rise * rise
+    return hinge.x + along.x * mul(mul(elbow, _forward(along)), jnp.sqrt(reach)), reach
+
+
 def _forward(along: Vec) -> float:
     """Which way along the slide is inward and up: +1 or -1; inward decides at 45 degrees."""
     inward_up = float(along.z) - float(along.x)

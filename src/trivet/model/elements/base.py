@@ -111,6 +111,11 @@ class Element(eqx.Module):
         static=True
     )
 
+    @property
+    def unknowns(self) -> tuple[Literal["length", "angle"], ...]:
+        """Its coordinates that are free: all, or none of a locked joint."""
+        return self.COORDINATES
+
     def advance(self, frame: Frame, coordinate: Any) -> Frame:
         """The frame beyond this element."""
         raise NotImplementedError
@@ -149,6 +154,23 @@ class Drivable(Joint):
     )
     travel: eqx.AbstractVar[tuple[float, float] | None]
     stiffness: eqx.AbstractVar[float | None]
+    locked: eqx.AbstractVar[float | None]
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether a drive moves the joint while the machine works: actuated, and not locked."""
+        return self.actuated and self.locked is None
+
+    @property
+    def unknowns(self) -> tuple[Literal["length", "angle"], ...]:
+        return self.COORDINATES if self.locked is None else ()
+
+    def freedoms(self, frame: Frame, coordinate: Any, at: Vec) -> tuple[Twist, ...]:
+        return (self.motion(frame, at),) if self.locked is None else ()
+
+    def motion(self, frame: Frame, at: Vec) -> Twist:
+        """The unit twist of the joint, whether it is locked or not."""
+        raise NotImplementedError
 
     @property
     def limits(self) -> tuple[Scalar, Scalar] | None:
@@ -161,7 +183,8 @@ class Drivable(Joint):
         return "drive" if self.actuated else "joint"
 
     def slack(self, frame: Frame, coordinate: Any, at: Vec) -> tuple[Twist, ...]:
-        return () if self.actuated or self.stiffness is not None else self.freedoms(frame, coordinate, at)
+        held = self.actuated or self.locked is not None or self.stiffness is not None
+        return () if held else self.freedoms(frame, coordinate, at)
 
 
 class Body(Element):

@@ -25,20 +25,22 @@ class Curvilinear(Drivable):
     """Range of the angle; all round when not given."""
     stiffness: Stiffness | None = eqx.field(default=None, kw_only=True)
     """Stiffness of drive and carriage along the guide; rigid when not given."""
+    locked: AngleValue | None = eqx.field(default=None, kw_only=True)
+    """Angle at which the joint is held while the machine works; free when not given."""
     yields: Literal["translation", "rotation"] = eqx.field(static=True, default="translation")
     """How the carriage gives way: straight along the tangent, or along the circle (turning with it)."""
 
     def advance(self, frame: Frame, coordinate: Angle) -> Frame:
         return frame.turn((0.0, 0.0, 1.0), coordinate).shift((self.radius, 0, 0))
 
-    def freedoms(self, frame: Frame, coordinate: Angle, at: Vec) -> tuple[Twist, ...]:
-        return (rotation(frame.z, frame.origin, at),)
+    def motion(self, frame: Frame, at: Vec) -> Twist:
+        return rotation(frame.z, frame.origin, at)
 
     def flexibilities(self, frame: Frame, coordinate: Angle, at: Vec, stock: Stock) -> tuple[Flexibility, ...]:
         if self.stiffness is None:
             return ()
         if self.yields == "rotation":
             rate = self.stiffness * self.radius * self.radius
-            return (Flexibility(1 / rate, rotation(frame.z, frame.origin, at), self.part),)
+            return (Flexibility(1 / rate, self.motion(frame, at), self.part),)
         tangent = frame.turn((0.0, 0.0, 1.0), coordinate).y
         return (Flexibility(1 / self.stiffness, translation(tangent), self.part),)

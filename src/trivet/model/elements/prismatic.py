@@ -27,6 +27,8 @@ class Prismatic(Drivable):
     """Range of the distance; unlimited when not given."""
     stiffness: Stiffness | None = eqx.field(default=None, kw_only=True)
     """Stiffness of the drive along the axis; rigid when not given."""
+    locked: Length | None = eqx.field(default=None, kw_only=True)
+    """Distance at which the joint is held while the machine works; free when not given."""
     beam: Profile | None = None
     """The extended part, an elastic beam as long as the coordinate (zero is rigid); rigid when not given."""
 
@@ -37,13 +39,13 @@ class Prismatic(Drivable):
     def advance(self, frame: Frame, coordinate: Scalar) -> Frame:
         return along(frame, self.axis, coordinate)
 
-    def freedoms(self, frame: Frame, coordinate: Scalar, at: Vec) -> tuple[Twist, ...]:
-        return (translation(frame.direction(self.axis)),)
+    def motion(self, frame: Frame, at: Vec) -> Twist:
+        return translation(frame.direction(self.axis))
 
     def flexibilities(self, frame: Frame, coordinate: Scalar, at: Vec, stock: Stock) -> tuple[Flexibility, ...]:
         drive: tuple[Flexibility, ...] = ()
         if self.stiffness is not None:
-            drive = (Flexibility(1 / self.stiffness, translation(frame.direction(self.axis)), self.part),)
+            drive = (Flexibility(1 / self.stiffness, self.motion(frame, at), self.part),)
         if self.beam is None:
             return drive
         return drive + beam_flexibilities(frame, self.axis, coordinate, self.beam, at, stock)

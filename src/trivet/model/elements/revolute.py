@@ -28,6 +28,8 @@ class Revolute(Drivable):
     """What the travel limits: the angle turned, or the elevation of the next body above the base plane (asin(P_z/L))."""
     stiffness: RotationalStiffness | None = eqx.field(default=None, kw_only=True)
     """Stiffness about the axis; of an actuated hinge rigid, of a passive one zero when not given."""
+    locked: AngleValue | None = eqx.field(default=None, kw_only=True)
+    """Angle at which the joint is held while the machine works; free when not given."""
 
     @property
     def limits(self) -> tuple[Scalar, Scalar] | None:
@@ -40,10 +42,10 @@ class Revolute(Drivable):
     def advance(self, frame: Frame, coordinate: Angle) -> Frame:
         return frame.turn(self.axis, coordinate)
 
-    def freedoms(self, frame: Frame, coordinate: Angle, at: Vec) -> tuple[Twist, ...]:
-        return (rotation(frame.direction(self.axis), frame.origin, at),)
+    def motion(self, frame: Frame, at: Vec) -> Twist:
+        return rotation(frame.direction(self.axis), frame.origin, at)
 
     def flexibilities(self, frame: Frame, coordinate: Angle, at: Vec, stock: Stock) -> tuple[Flexibility, ...]:
         if self.stiffness is None:
             return ()
-        return tuple(Flexibility(1 / self.stiffness, twist, self.part) for twist in self.freedoms(frame, coordinate, at))
+        return (Flexibility(1 / self.stiffness, self.motion(frame, at), self.part),)

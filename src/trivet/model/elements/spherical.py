@@ -8,7 +8,7 @@ import equinox as eqx
 
 from trivet.model.elements.base import Flexibility, Joint, Stock
 from trivet.model.quantity import AngleValue, RotationalStiffness
-from trivet.space.frame import Angle, Frame
+from trivet.space.frame import Angle, Frame, Turn
 from trivet.space.screw import Twist, rotation
 from trivet.space.vector import Vec
 
@@ -16,7 +16,7 @@ _AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 class Spherical(Joint):
-    """A ball joint; its coordinates are three successive turns about x, y and z of the frame."""
+    """A ball joint; its coordinates are three successive turns about x, y and z of the frame, or one rotation."""
 
     COORDINATES = ("angle", "angle", "angle")
 
@@ -28,20 +28,22 @@ class Spherical(Joint):
     cone: AngleValue | None = None
     """Greatest deviation from the neutral axis; recorded, not checked until a neutral axis can be stated."""
 
-    def advance(self, frame: Frame, coordinate: tuple[Angle, Angle, Angle]) -> Frame:
+    def advance(self, frame: Frame, coordinate: tuple[Angle, Angle, Angle] | Turn) -> Frame:
+        if isinstance(coordinate, Turn):
+            return frame.turned_by(coordinate)
         for axis, angle in zip(_AXES, coordinate, strict=True):
             frame = frame.turn(axis, angle)
         return frame
 
-    def freedoms(self, frame: Frame, coordinate: tuple[Angle, Angle, Angle] | None, at: Vec) -> tuple[Twist, ...]:
+    def freedoms(self, frame: Frame, coordinate: tuple[Angle, Angle, Angle] | Turn | None, at: Vec) -> tuple[Twist, ...]:
         # Any three axes span the freedoms of a ball; those in which the walk is written keep their zeros.
         return tuple(rotation(Vec(*axis), frame.origin, at) for axis in _AXES)
 
-    def slack(self, frame: Frame, coordinate: tuple[Angle, Angle, Angle] | None, at: Vec) -> tuple[Twist, ...]:
+    def slack(self, frame: Frame, coordinate: tuple[Angle, Angle, Angle] | Turn | None, at: Vec) -> tuple[Twist, ...]:
         return self.freedoms(frame, coordinate, at) if self.rotation == "free" else ()
 
     def flexibilities(
-        self, frame: Frame, coordinate: tuple[Angle, Angle, Angle] | None, at: Vec, stock: Stock
+        self, frame: Frame, coordinate: tuple[Angle, Angle, Angle] | Turn | None, at: Vec, stock: Stock
     ) -> tuple[Flexibility, ...]:
         if self.rotation != "elastic":
             return ()

@@ -1,0 +1,59 @@
+"""How a whole machine stands at one pose: in closed form in a working mode, or, failing that, closed numerically."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from trivet.errors import NoResultError
+from trivet.kinematics.closure import close_machine, posture_of
+from trivet.kinematics.inverse import inverse
+from trivet.kinematics.walk import Posture, walk_from
+from trivet.model import Leg, Machine
+from trivet.model.elements import Element
+from trivet.space.frame import Frame
+
+
+class Standing(NamedTuple):
+    """One chain where it stands."""
+
+    leg: Leg
+    posture: Posture
+    steps: tuple[tuple[Element, Frame, Any], ...]
+    """Every element with the frame in which it starts, in {O}, and its coordinate."""
+
+
+def postures(machine: Machine, pose: Frame, signs: Any) -> tuple[Posture, ...]:
+    """The posture of every chain.
+
+    Args:
+        machine: the machine.
+        pose: platform frame {E} in {O}, m; of floats where signs is None.
+        signs: (n_chains, 2) working mode, or None for a machine that has none (`mode.parse_mode`): its chains are closed
+            numerically.
+
+    Raises:
+        NoResultError: a chain does not close numerically.
+    """
+    if signs is None:
+        return tuple(posture_of(leg, pose, c) for leg, c in zip(machine.legs, close_machine(machine, pose), strict=True))
+    return tuple(inverse(leg, pose, signs[index]) for index, leg in enumerate(machine.legs))
+
+
+def stand(machine: Machine, pose: Frame, signs: Any) -> tuple[Standing, ...]:
+    """Every chain of a machine with its elements in {O}.
+
+    Args:
+        machine, pose, signs: as for `postures`; components of the pose are numbers, or arrays of one batch shape.
+
+    Raises:
+        NoResultError: a chain does not reach the pose (travel limits are not looked at).
+    """
+    found = []
+    for leg, posture in zip(machine.legs, postures(machine, pose, signs), strict=True):
+        if not np.all(np.asarray(posture.reach) >= 0):
+            raise NoResultError(f"{machine.name}: chain {leg.name} does not reach the pose in this working mode")
+        steps = walk_from(leg.base_frame(), leg.chain.elements, posture.coordinates)
+        found.append(Standing(leg, posture, tuple(steps)))
+    return tuple(found)
