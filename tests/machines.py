@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from trivet.kinematics.inverse import inverse
+from trivet.kinematics.inverse import branches, inverse
+from trivet.kinematics.jacobian import actuator_names
 from trivet.model import Machine, document_of, load, parse
 from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
@@ -83,16 +84,30 @@ def unlocked() -> Machine:
 def random_stands(machine: Machine, count: int, seed: int) -> tuple[Frame, np.ndarray]:
     """Reachable poses (count,) around home, tilted up to 100 degrees, and a working mode for each, (legs, 2, count)."""
     rng = np.random.default_rng(seed)
-    most, legs = 8 * count, len(machine.legs)
+    most, legs = 40 * count, len(machine.legs)
     position = np.array(machine.home.position) + rng.uniform(-0.03, 0.03, (most, 3))
     pose = zyz_frame(
         position, rng.uniform(-np.pi, np.pi, most), rng.uniform(0, np.radians(100), most), rng.uniform(-np.pi, np.pi, most)
     )
     signs = rng.choice([-1.0, 1.0], (legs, 2, most))
+    for index, leg in enumerate(machine.legs):
+        for branch in {0, 1} - set(branches(leg)):
+            signs[index, branch] = 1.0  # a choice that the chain does not have
     reach = [np.asarray(inverse(leg, pose, s).reach) for leg, s in zip(machine.legs, signs, strict=True)]
     keep = np.flatnonzero(np.all(np.stack(reach) >= 0, axis=0))[:count]
     assert len(keep) == count, "too few of the random poses are reachable"
     return Frame(*(Vec(*(np.broadcast_to(c, most)[keep] for c in v)) for v in pose)), signs[..., keep]
+
+
+def drives_of(machine: Machine, poses: Frame, signs: np.ndarray) -> np.ndarray:
+    """Drive coordinates (n, n_actuators) in the order of Q at poses in a working mode each, (legs, 2, n)."""
+    names, columns = actuator_names(machine), {}
+    for leg, sign in zip(machine.legs, signs, strict=True):
+        coordinates = inverse(leg, poses, sign).coordinates
+        for element, coordinate in zip(leg.chain.elements, coordinates, strict=True):
+            is_angle = hasattr(coordinate, "cos")
+            columns[f"{leg.name}.{element.name}"] = np.arctan2(coordinate.sin, coordinate.cos) if is_angle else coordinate
+    return np.stack([np.asarray(columns[name]) for name in names], axis=-1)
 
 
 def part(pose: Frame, which: Any) -> Frame:

@@ -16,31 +16,35 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from trivet.errors import InputError, NoResultError, TrivetError
+    from trivet.kinematics.forward import Forward
     from trivet.model import Machine, catalogue, dimensions, load, parse, schema, to_text, write
     from trivet.show.figure import figure
     from trivet.space.surface import Surface, hemisphere
     from trivet.study.comparison import Comparison, compare
     from trivet.study.datasets import save
+    from trivet.study.forward import forward
     from trivet.study.machines import switched
     from trivet.study.pose import PoseReport, pose
     from trivet.study.stiffness_map import StiffnessMap, stiffness_map
 
 _HOMES = {
     "trivet.errors": ("InputError", "NoResultError", "TrivetError"),
+    "trivet.kinematics.forward": ("Forward",),
     "trivet.model": ("Machine", "catalogue", "dimensions", "load", "parse", "schema", "to_text", "write"),
     "trivet.show.figure": ("figure",),
     "trivet.space.surface": ("Surface", "hemisphere"),
     "trivet.study.comparison": ("Comparison", "compare"),
     "trivet.study.datasets": ("save",),
+    "trivet.study.forward": ("forward",),
     "trivet.study.machines": ("switched",),
     "trivet.study.pose": ("PoseReport", "pose"),
     "trivet.study.stiffness_map": ("StiffnessMap", "stiffness_map"),
 }
 
 __all__ = [
-    "Comparison", "InputError", "Machine", "NoResultError", "PoseReport", "StiffnessMap", "Surface", "TrivetError",
-    "catalogue", "compare", "dimensions", "figure", "hemisphere", "load", "parse", "pose", "save", "schema", "stiffness_map",
-    "switched", "to_text", "write",
+    "Comparison", "Forward", "InputError", "Machine", "NoResultError", "PoseReport", "StiffnessMap", "Surface", "TrivetError",
+    "catalogue", "compare", "dimensions", "figure", "forward", "hemisphere", "load", "parse", "pose", "save", "schema",
+    "stiffness_map", "switched", "to_text", "write",
 ]  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from trivet.cli import options as o
 
 if TYPE_CHECKING:
     from trivet.model import Machine
+    from trivet.space.frame import Frame
     from trivet.study.pose import PoseReport
 
 app = typer.Typer(
@@ -52,6 +53,7 @@ def list_machines(as_json: o.Json = False) -> None:
 def show(
     machine: o.Machine,
     settings: o.Settings = None,
+    locks: o.Locks = None,
     toml: Annotated[bool, typer.Option("--toml", help="Print the machine file, a start for your own.")] = False,
     position: o.Position = None,
     azimuth: o.Azimuth = None,
@@ -68,10 +70,9 @@ def show(
     from trivet.errors import InputError
     from trivet.model import to_text
 
-    chosen = _machine(machine, settings)
-    place = o.triple("--position", position, "length", "m")
-    given = [o.quantity(n, text, "angle", "rad") for n, text in (("--azimuth", azimuth), ("--tilt", tilt), ("--roll", roll))]
-    if not figure and (place is not None or mode is not None or any(g is not None for g in given)):
+    chosen = _machine(machine, settings, locks=locks)
+    frame = _frame(chosen, position, azimuth, tilt, roll)
+    if not figure and any(option is not None for option in (position, azimuth, tilt, roll, mode)):
         raise InputError("--position, --azimuth, --tilt, --roll and --mode choose the pose of a picture; add --figure")
     if toml and as_json:
         raise InputError("--toml and --json: choose one of them")
@@ -85,12 +86,9 @@ def show(
         tables.print_machine(chosen)
     if figure:
         from trivet.show.drawing import draw
-        from trivet.space.pose import zyz_frame
 
-        home = chosen.home
-        angles = [h if g is None else g for g, h in zip(given, (home.azimuth, home.tilt, home.roll), strict=True)]
         for path in figure:
-            draw(chosen, zyz_frame(home.position if place is None else place, *angles), mode, path=path, overwrite=overwrite)
+            draw(chosen, frame, mode, path=path, overwrite=overwrite)
             _wrote(path)
 
 
@@ -103,6 +101,7 @@ def pose(
     roll: o.Roll = None,
     mode: o.Mode = None,
     settings: o.Settings = None,
+    locks: o.Locks = None,
     spherical: o.Spherical = None,
     guide: o.Guide = None,
     shear: o.Shear = None,
@@ -114,7 +113,7 @@ def pose(
         typer.Option("--moment", help="Moment at the tool tip in {O}, as in '0 N m, 0 N m, 1 N m'.", metavar="X,Y,Z"),
     ] = None,
     weight: Annotated[bool, typer.Option("--weight", help="Add the machine's own weight, gravity along -z.")] = False,
-    anyway: Annotated[bool, typer.Option("--anyway", help="Report the pose although a joint is outside its travel.")] = False,
+    anyway: o.Anyway = False,
     figure: o.FigureFile = None,
     overwrite: o.Overwrite = False,
     as_json: o.Json = False,
@@ -124,13 +123,11 @@ def pose(
     from trivet.cli import tables
     from trivet.study.pose import pose as at_pose
 
-    chosen = _machine(machine, settings, spherical, guide, shear)
+    chosen = _machine(machine, settings, spherical, guide, shear, locks)
     report = at_pose(
         chosen,
         o.triple("--position", position, "length", "m"),
-        o.quantity("--azimuth", azimuth, "angle", "rad"),
-        o.quantity("--tilt", tilt, "angle", "rad"),
-        o.quantity("--roll", roll, "angle", "rad"),
+        *_pose_angles(azimuth, tilt, roll),
         mode=mode,
         strict=not anyway,
     )
@@ -163,6 +160,7 @@ def map_stiffness(
     height: o.Height = None,
     rolls: o.Rolls = 360,
     settings: o.Settings = None,
+    locks: o.Locks = None,
     spherical: o.Spherical = None,
     guide: o.Guide = None,
     shear: o.Shear = None,
@@ -177,7 +175,7 @@ def map_stiffness(
     from trivet.study.datasets import save
     from trivet.study.stiffness_map import stiffness_map, surface_of
 
-    chosen = _machine(machine, settings, spherical, guide, shear)
+    chosen = _machine(machine, settings, spherical, guide, shear, locks)
     surface = surface_of(
         chosen, steps, o.quantity("--radius", radius, "length", "m"), o.quantity("--height", height, "length", "m")
     )
@@ -257,6 +255,55 @@ def compare(
 
 
 @app.command()
+def forward(
+    machine: o.Machine,
+    drives: Annotated[
+        str | None,
+        typer.Option("--drives", help="Coordinates of all drives in the order of Q, with their units, separated by commas."),
+    ] = None,
+    drive: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--drive",
+            help="Coordinate of one drive, as in leg-1.slide='30 mm'; the others are as at the pose. May be repeated.",
+            metavar="DRIVE=VALUE",
+        ),
+    ] = None,
+    position: o.Position = None,
+    azimuth: o.Azimuth = None,
+    tilt: o.Tilt = None,
+    roll: o.Roll = None,
+    mode: o.Mode = None,
+    settings: o.Settings = None,
+    locks: o.Locks = None,
+    anyway: o.Anyway = False,
+    figure: o.FigureFile = None,
+    overwrite: o.Overwrite = False,
+    as_json: o.Json = False,
+) -> None:
+    """All poses that the machine can take with its drives at given coordinates, or at those of a pose."""
+    from trivet.cli import as_json as json_of
+    from trivet.cli import tables
+    from trivet.study.forward import forward as assembly_modes
+    from trivet.study.forward import parse_drives
+
+    chosen = _machine(machine, settings, locks=locks)
+    _free_to_write(figure, None, overwrite)
+    result = assembly_modes(
+        chosen,
+        parse_drives(chosen, drives, drive or []),
+        start=_frame(chosen, position, azimuth, tilt, roll),
+        mode=mode,
+        anyway=anyway,
+    )
+    if as_json:
+        _print_json(json_of.forward_json(result))
+    else:
+        tables.print_forward(result)
+    _draw(result, figure, overwrite)
+
+
+@app.command()
 def schema() -> None:
     """Print the JSON schema of machine files, with which editors complete and check them."""
     from trivet.model import schema as machine_schema
@@ -265,11 +312,30 @@ def schema() -> None:
 
 
 def _machine(
-    name: str, settings: list[str] | None, spherical: str | None = None, guide: str | None = None, shear: bool | None = None
+    name: str,
+    settings: list[str] | None,
+    spherical: str | None = None,
+    guide: str | None = None,
+    shear: bool | None = None,
+    locks: list[str] | None = None,
 ) -> Machine:
-    from trivet.study.machines import choose, parse_settings, switched
+    from trivet.study.machines import choose, locked, parse_settings, switched
 
-    return switched(choose(name, parse_settings(settings or [])), spherical, guide, shear)
+    return locked(switched(choose(name, parse_settings(settings or [])), spherical, guide, shear), locks or [])
+
+
+def _pose_angles(azimuth: str | None, tilt: str | None, roll: str | None) -> tuple[float | None, ...]:
+    options = (("--azimuth", azimuth), ("--tilt", tilt), ("--roll", roll))
+    return tuple(o.quantity(name, text, "angle", "rad") for name, text in options)
+
+
+def _frame(machine: Machine, position: str | None, azimuth: str | None, tilt: str | None, roll: str | None) -> Frame:
+    """The platform frame that options choose; what they leave open is as at home."""
+    from trivet.space.pose import zyz_frame
+
+    home, place = machine.home, o.triple("--position", position, "length", "m")
+    given = zip(_pose_angles(azimuth, tilt, roll), (home.azimuth, home.tilt, home.roll), strict=True)
+    return zyz_frame(home.position if place is None else place, *(h if g is None else g for g, h in given))
 
 
 def _free_to_write(figures: list[str] | None, data: str | None, overwrite: bool) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
+    from trivet.kinematics.forward import Forward
     from trivet.model import Machine
     from trivet.study.comparison import Comparison
     from trivet.study.pose import PoseReport
@@ -175,3 +176,34 @@ def comparison_json(result: Comparison) -> dict[str, Any]:
         ],
         "caveats": list(CAVEATS),
     }  # fmt: skip
+
+
+def forward_json(result: Forward) -> dict[str, Any]:
+    """All assembly modes at drive coordinates."""
+    return {
+        "machine": result.machine.name,
+        "drives_m_or_rad": result.drives,
+        "complex_solutions_expected": result.expected,
+        "complex_solutions_found": result.found,
+        "complete": result.complete,
+        "remark": result.remark,
+        "poses": [
+            {
+                "position_m": pose.position,
+                "azimuth_rad": pose.angles[0],
+                "tilt_rad": pose.angles[1],
+                "roll_rad": pose.angles[2],
+                "rotation": [[float(c) for c in row] for row in pose.frame.matrix()],
+                "hinges_rad": pose.hinges,
+                "mode": pose.mode,
+                "inside_travel": pose.miss is None,
+                "reason": None if pose.miss is None else pose.miss.reason,
+                "mirror": pose.mirror,
+                "home": pose.home,
+                "multiplicity": pose.multiplicity,
+                "drive_residual_m_or_rad": finite(pose.residual),
+                "angle_error_rad": finite(pose.error),
+            }
+            for pose in result.modes
+        ],
+    }

@@ -23,6 +23,14 @@ Settings = Annotated[
         metavar="KEY=VALUE",
     ),
 ]
+Locks = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--lock",
+        help="Hold a joint while the machine works, as in radial='30 mm' or leg-2.radial='30 mm'. May be repeated.",
+        metavar="JOINT=VALUE",
+    ),
+]
 Mode = Annotated[
     str | None, typer.Option("--mode", help="Working mode, signs per chain as in '++ +- ++'; the machine's own by default.")
 ]
@@ -58,6 +66,7 @@ Position = Annotated[
 Azimuth = Annotated[str | None, typer.Option("--azimuth", help="Direction alpha of the tilt, as in '30 deg'.")]
 Tilt = Annotated[str | None, typer.Option("--tilt", help="Tilt beta of the platform normal.")]
 Roll = Annotated[str | None, typer.Option("--roll", help="Roll gamma about the platform normal.")]
+Anyway = Annotated[bool, typer.Option("--anyway", help="Go on although a joint is outside its travel.")]
 Objective = Annotated[str, typer.Option("--objective", help="What the roll maximises: K_xx, 1/C_zz, K_rx, 'K(1,0,1)', …")]
 Steps = Annotated[int, typer.Option("--steps", help="Lattice steps from pole to rim; 10 gives the paper's 317 points.")]
 Rolls = Annotated[int, typer.Option("--rolls", help="Rolls of the first grid.")]

@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 if TYPE_CHECKING:
+    from trivet.kinematics.forward import Forward
     from trivet.model import Machine
     from trivet.study.comparison import Comparison
     from trivet.study.pose import PoseReport
@@ -121,7 +122,8 @@ def print_pose(report: PoseReport, load: Any = None) -> None:
     x, y, z = (f"{v * 1e3:g}" for v in report.position)
     alpha, beta, gamma = (f"{math.degrees(v):.6g}" for v in report.angles)
     _print(
-        f"{report.machine.name}, {mode_words(report.mode)}, centre ({x}, {y}, {z}) mm, alpha {alpha}°, beta {beta}°, gamma {gamma}°\n"
+        f"{report.machine.name}, {mode_words(report.mode)}, centre ({x}, {y}, {z}) mm, "
+        f"alpha {alpha}°, beta {beta}°, gamma {gamma}°\n"
         + ("reached, all joints inside their travel" if report.miss is None else f"NOT inside travel: {report.miss.reason}")
     )
     joints = _table("joints", "joint", "coordinate", "limited", "from", "to", "")
@@ -170,6 +172,40 @@ def load_tables(load: Any) -> list[Table]:
     for name, drive in load.drives.items():
         drives.add_row(name, f"{drive.load:.4f} {drive.unit}")
     return [moved, drives]
+
+
+def print_forward(result: Forward) -> None:
+    """All assembly modes at drive coordinates."""
+    from trivet.kinematics.forward import drive_elements
+    from trivet.model.elements import Prismatic
+
+    drives = _table(f"{result.machine.name}: drives", "drive", "coordinate")
+    for (name, value), element in zip(result.drives.items(), drive_elements(result.machine), strict=True):
+        text = f"{value * 1e3:.6g} mm" if isinstance(element, Prismatic) else f"{math.degrees(value):.6g}°"
+        drives.add_row(name, text)
+    columns = ("", "mode", "x mm", "y mm", "z mm", "α °", "β °", "γ °", "mirror", "home", "joints")
+    poses = _table("poses with these drive coordinates", *columns, left=2)
+    for k, pose in enumerate(result.modes, 1):
+        place = (_number(v * 1e3) for v in pose.position)
+        angles = (_number(math.degrees(v)) for v in pose.angles)
+        twin = "" if pose.mirror is None else f"{pose.mirror + 1}" + (" (itself)" if pose.mirror + 1 == k else "")
+        joints = "inside" if pose.miss is None else pose.miss.reason
+        number = f"{k}" if pose.multiplicity == 1 else f"{k} (double)"
+        poses.add_row(number, pose.mode, *place, *angles, twin, pose.home, joints)
+    if result.expected is not None:
+        real = sum(pose.multiplicity for pose in result.modes)
+        words = f"{result.found} of {result.expected} complex solutions found, {real} of them real" + (
+            "; so these are all poses there are" if result.complete else f"; NOT complete: {result.remark}"
+        )
+    else:
+        words = result.remark
+    worst = max(pose.residual for pose in result.modes)
+    _print(drives, poses, f"{words}. Drives at these poses deviate by {worst:.1g} m or rad at most.")
+
+
+def _number(value: float) -> str:
+    """Four decimals, without a negative zero."""
+    return f"{round(value, 4) + 0.0:.4f}"
 
 
 def print_map(result: StiffnessMap) -> None:

@@ -12,12 +12,15 @@ from numpy.typing import NDArray
 
 Array = NDArray[Any]
 
-DOUBLE = 1e-12
-"""How far from zero, relative to the terms of the equations, their value at a fold may be: two roots nearer to each other than
-this makes them are told apart by rounding only."""
+EQUAL = 1e-12
+"""Greatest residual of a multiple root, relative to the terms of the equations; nearer roots only rounding tells apart."""
 
 SINGULAR = 1e-5
-"""Ratio of singular values of the Jacobian below which a root may be multiple; a double root is found to about 1e-8."""
+"""Singular values of the Jacobian below this, relative to the terms of the equations, count as zero where roots meet; Newton's
+method comes as near as 1e-8 to a multiple root."""
+
+WIDEST = 7.0
+"""Greatest real part of log z of a point to be examined; towards infinity the equations are flat whatever they are."""
 
 NEAR = 1e-6
 """Distance in log z below which two double roots are one, and a double root is its own partner 1 / conj z."""
@@ -47,40 +50,48 @@ class Equations(NamedTuple):
         return terms.sum(axis=2), slopes, bends
 
 
-def double_roots(equations: Equations, w: Array) -> Array:
-    """Double roots (k, 3) near points (m, 3), each once.
+def multiple_roots(equations: Equations, w: Array) -> tuple[Array, Array]:
+    """Multiple roots (k, 3) near points (m, 3), each once, and their multiplicities (k,).
 
-    A fold of the unfolded equations f + mu b = 0 with J v = 0 is a simple root in (w, v, mu), whatever f(w) = 0 has there
-    (Griewank and Reddien, SIAM J. Numer. Anal. 21, 1984, 176-185); it is a double root of f where mu vanishes.
+    Where the Jacobian J of three equations loses k ranks, the multiplicity is at least 2^k.  To such a point Newton's method
+    creeps; with the unknown null vector B l of J, B of one column more than J has ranks, the root of (f, J B l) is simple
+    again (Leykin, Verschelde and Zhao, Theor. Comput. Sci. 359, 2006, 111-122).
     """
-    w = w[_is_singular(equations, w)]
+    ranks = _ranks(equations, w)
+    found, multiplicity = [], []
+    for rank in range(3):
+        points = _deflated(equations, w[ranks == rank], rank)
+        found.append(points)
+        multiplicity += len(points) * [2 ** (3 - rank)]
+    return np.concatenate(found), np.array(multiplicity, dtype=int)
+
+
+def _deflated(equations: Equations, w: Array, rank: int) -> Array:
+    """Points at which the equations vanish and the Jacobian has a rank, near points (m, 3)."""
     if not len(w):
         return w
-    start = w
-    left, _, right = np.linalg.svd(equations.scaled(w)[1])
-    b, normal = left[:, :, 2], right[:, 2]
-    v, mu = normal.conj(), np.zeros(len(w), dtype=complex)
+    mixed = np.random.default_rng(0).normal(size=(4, 4, 2)) @ (1, 1j)
+    columns, normal = mixed[:3, : rank + 1], mixed[3, : rank + 1]
+    start, size = w, 4 + rank
+    inner = np.linalg.svd(equations.scaled(w)[1] @ columns)[2][:, -1].conj()
+    inner = inner / (inner @ normal)[:, None]
     for _ in range(12):
         f, jacobian, bends = equations.scaled(w)
-        system = np.zeros((len(w), 7, 7), dtype=complex)
-        system[:, :3, :3], system[:, :3, 6] = jacobian, b
-        system[:, 3:6, :3], system[:, 3:6, 3:6] = np.einsum("mejk,mk->mej", bends, v), jacobian
-        system[:, 6, 3:6] = normal
-        gap = np.concatenate(
-            [f + mu[:, None] * b, np.einsum("mej,mj->me", jacobian, v), (np.einsum("mj,mj->m", normal, v) - 1)[:, None]], axis=1
-        )
-        step = np.einsum("mab,mb->ma", np.linalg.pinv(system, rcond=1e-12), gap)
-        w, v, mu = w - step[:, :3], v - step[:, 3:6], mu - step[:, 6]
-    _, _, bends = equations.scaled(w)
-    curvature = np.abs(np.einsum("me,mejk,mj,mk->m", b.conj(), bends, v, v))
-    settled = np.abs(step).max(axis=1) < 1e-9
-    good = settled & (np.abs(mu) < DOUBLE) & (curvature > 1e-4) & (np.abs(w - start).max(axis=1) < 1e-2)
-    return distinct(w[good], NEAR)
+        null = inner @ columns.T
+        system = np.zeros((len(w), 7, size), dtype=complex)
+        system[:, :3, :3] = jacobian
+        system[:, 3:6, :3], system[:, 3:6, 3:] = np.einsum("mejk,mk->mej", bends, null), jacobian @ columns
+        system[:, 6, 3:] = normal
+        gap = np.concatenate([f, np.einsum("mej,mj->me", jacobian, null), (inner @ normal - 1)[:, None]], axis=1)
+        step = _bounded(np.einsum("mab,mb->ma", np.linalg.pinv(system, rcond=1e-12), gap))
+        w, inner = w - step[:, :3], inner - step[:, 3:]
+    good = (np.abs(gap).max(axis=1) < EQUAL) & (np.abs(step).max(axis=1) < 1e-9) & (np.abs(w - start).max(axis=1) < 1e-2)
+    return distinct(w[good & (_ranks(equations, w) == rank)], NEAR)
 
 
 def moves(equations: Equations, w: Array) -> bool:
     """Whether a curve of solutions passes through one of the points (m, 3): a self-motion."""
-    w = w[_is_singular(equations, w)]
+    w = w[_ranks(equations, w) == 2]
     if not len(w):
         return False
     direction = np.linalg.svd(equations.scaled(w)[1])[2][:, 2]
@@ -92,10 +103,9 @@ def moves(equations: Equations, w: Array) -> bool:
             along = np.einsum("mj,mj->m", direction, at - w) - length
             rows = np.concatenate([jacobian, direction[:, None]], axis=1)
             gap = np.concatenate([f, along[:, None]], axis=1)
-            at = at - np.einsum("mab,mb->ma", np.linalg.pinv(rows, rcond=1e-9), gap)
-        with np.errstate(all="ignore"):
-            f = equations.scaled(at)[0]
-        follows &= (np.abs(f).max(axis=1) < DOUBLE) & (np.abs(np.einsum("mj,mj->m", direction, at - w) - length) < 1e-9)
+            at = at - _bounded(np.einsum("mab,mb->ma", np.linalg.pinv(rows, rcond=1e-9), gap))
+        f = equations.scaled(at)[0]
+        follows &= (np.abs(f).max(axis=1) < EQUAL) & (np.abs(np.einsum("mj,mj->m", direction, at - w) - length) < 1e-9)
     return bool(follows.any())
 
 
@@ -115,9 +125,16 @@ def distance(w: Array, other: Array) -> float:
     return float(np.abs(apart.real + 1j * (apart.imag - turn * np.round(apart.imag / turn))).max())
 
 
-def _is_singular(equations: Equations, w: Array) -> Array:
+def _bounded(step: Array) -> Array:
+    """Steps (m, k) of at most 0.1, so that none that goes astray overflows."""
+    return step / np.maximum(1.0, np.abs(step).max(axis=1, keepdims=True) / 0.1)
+
+
+def _ranks(equations: Equations, w: Array) -> Array:
+    """Rank of the Jacobian at points (m, 3) that are nearly solutions; -1 at others."""
     with np.errstate(all="ignore"):
-        f, jacobian, _ = equations.scaled(w)
-        fit = np.isfinite(w).all(axis=1) & (np.abs(f).max(axis=1) < 1e-9)
-    values = np.linalg.svd(np.where(fit[:, None, None], jacobian, 0.0), compute_uv=False)
-    return fit & (values[:, 2] < SINGULAR * values[:, 0])
+        fit = np.abs(w.real).max(axis=1) < WIDEST
+        near = np.where(fit[:, None], w, 0.0)
+        f, jacobian, _ = equations.scaled(near)
+    values = np.linalg.svd(jacobian, compute_uv=False)
+    return np.where(fit & (np.abs(f).max(axis=1) < 1e-9), (values > SINGULAR).sum(axis=1), -1)

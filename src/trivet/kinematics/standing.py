@@ -13,6 +13,7 @@ from trivet.kinematics.walk import Posture, walk_from
 from trivet.model import Leg, Machine
 from trivet.model.elements import Element
 from trivet.space.frame import Frame
+from trivet.space.pose import zyz_frame
 
 
 class Standing(NamedTuple):
@@ -22,6 +23,12 @@ class Standing(NamedTuple):
     posture: Posture
     steps: tuple[tuple[Element, Frame, Any], ...]
     """Every element with the frame in which it starts, in {O}, and its coordinate."""
+
+
+def home_pose(machine: Machine) -> Frame:
+    """The platform frame at home."""
+    home = machine.home
+    return zyz_frame(home.position, home.azimuth, home.tilt, home.roll)
 
 
 def postures(machine: Machine, pose: Frame, signs: Any) -> tuple[Posture, ...]:

@@ -12,6 +12,7 @@ from trivet.model import Machine
 from trivet.show.palette import paint
 from trivet.show.scene import Scene, scene
 from trivet.space.frame import Frame
+from trivet.space.pose import zyz_angles
 
 SUFFIXES = (".png", ".html")
 
@@ -55,21 +56,11 @@ def draw(
 def heading(machine: Machine, seen: Scene, status: str = "") -> list[str]:
     """Lines above a drawing: the machine, how it stands, and the status where there is one."""
     x, y, z = (1e3 * float(c) for c in seen.pose.origin)
-    azimuth, tilt, roll = (math.degrees(a) for a in _angles(seen.pose))
+    azimuth, tilt, roll = (math.degrees(a) for a in zyz_angles(seen.pose))
     pose = f"pose x {_short(x)}, y {_short(y)}, z {_short(z)} mm, α {_short(azimuth)}, β {_short(tilt)}, γ {_short(roll)} deg"
     mode = f"mode {seen.mode}   ".replace("-", "−") if seen.mode else ""
     title = f"{machine.name}: {machine.about.title}" if machine.about.title else machine.name
     return [title, mode + pose] + ([status] if status else [])
-
-
-def _angles(pose: Frame) -> tuple[float, float, float]:
-    """alpha, beta and gamma of R = Rz(alpha) Ry(beta) Rz(gamma); alpha is zero where the platform is level."""
-    normal = [float(c) for c in pose.z]
-    level = math.hypot(normal[0], normal[1])
-    tilt = math.atan2(level, normal[2])
-    if level < 1e-12:
-        return 0.0, tilt, math.atan2(float(pose.x.y), float(pose.y.y))
-    return math.atan2(normal[1], normal[0]), tilt, math.atan2(float(pose.y.z), -float(pose.x.z))
 
 
 def _short(value: float) -> str:

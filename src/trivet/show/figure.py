@@ -6,28 +6,32 @@ import os
 from functools import singledispatch
 from typing import Any
 
+from trivet.kinematics.forward import Forward
 from trivet.model import Machine
+from trivet.show.assembly import draw_assembly
 from trivet.show.comparison import draw_comparison
 from trivet.show.drawing import draw
 from trivet.show.maps import draw_map
+from trivet.show.singularity import draw_singularities
 from trivet.study.comparison import Comparison
 from trivet.study.pose import PoseReport
+from trivet.study.singularity_map import SingularityMap
 from trivet.study.stiffness_map import StiffnessMap
 
 
 @singledispatch
 def figure(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-    """Draw a machine, a pose, a stiffness map or a comparison.
+    """Draw a machine, a pose, a stiffness or singularity map, or a comparison.
 
     Args:
-        result: a Machine (at home), or what `pose`, `stiffness_map` or `compare` gave.
+        result: a Machine (at home), or what `pose`, `stiffness_map`, `singularity_map` or `compare` gave.
         path: file to write; .png is a picture, .html a page that needs no network.
         overwrite: whether the file may be replaced.
 
     Raises:
         InputError: for another suffix, a file that exists unasked or that cannot be written.
     """
-    raise TypeError(f"no figure of a {type(result).__name__}; machines, poses, stiffness maps and comparisons can be drawn")
+    raise TypeError(f"no figure of a {type(result).__name__}; machines, poses, maps and comparisons can be drawn")
 
 
 @figure.register
@@ -42,8 +46,18 @@ def _(result: PoseReport, path: str | os.PathLike[str], *, overwrite: bool = Fal
 
 
 @figure.register
+def _(result: Forward, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_assembly(result, path, overwrite=overwrite)
+
+
+@figure.register
 def _(result: StiffnessMap, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     draw_map(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: SingularityMap, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_singularities(result, path, overwrite=overwrite)
 
 
 @figure.register

@@ -10,6 +10,7 @@ import numpy as np
 
 from trivet.errors import InputError
 from trivet.files import replacing
+from trivet.kinematics.mode import mode_words
 from trivet.statics.objective import objective
 from trivet.study.stiffness_map import StiffnessMap
 

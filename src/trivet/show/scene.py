@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from trivet.kinematics.mode import mode_text, parse_mode
-from trivet.kinematics.standing import stand
+from trivet.kinematics.standing import home_pose, stand
 from trivet.kinematics.walk import Coordinate
 from trivet.model import Leg, Machine
 from trivet.model.elements import Beam, Curvilinear, Element, Offset, Prismatic, Profile, Revolute, Spherical, Universal
@@ -17,7 +17,6 @@ from trivet.model.elements.beam import beam_axes
 from trivet.show import shapes
 from trivet.show.shapes import Array, Role, Shape
 from trivet.space.frame import IDENTITY, Frame
-from trivet.space.pose import zyz_frame
 
 Step: TypeAlias = tuple[Element, Frame, Any]
 
@@ -46,12 +45,6 @@ class Scene(NamedTuple):
     def labelled(self, marked: set[str]) -> tuple[Label, ...]:
         """The joints whose names a drawing shows: one of each kind, and those that are marked."""
         return tuple(label for label in self.joints if label.text in self.first | marked)
-
-
-def home_pose(machine: Machine) -> Frame:
-    """The platform frame at home."""
-    home = machine.home
-    return zyz_frame(home.position, home.azimuth, home.tilt, home.roll)
 
 
 def scene(machine: Machine, pose: Frame | None = None, mode: str | None = None) -> Scene:

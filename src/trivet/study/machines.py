@@ -5,9 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 
-from trivet.errors import InputError
+from pydantic_core import PydanticCustomError
+
+from trivet.errors import InputError, nearest
 from trivet.model import Machine, load
 from trivet.model.check import check
+from trivet.model.elements import Drivable, Prismatic
 from trivet.model.quantity import Quantity
 
 MachineLike = Machine | str | os.PathLike[str]
@@ -45,6 +48,31 @@ def parse_settings(pairs: Iterable[str]) -> dict[str, str]:
             raise InputError(f'setting "{pair}": expected KEY=VALUE, for example link.length="200 mm"')
         settings[key] = value
     return settings
+
+
+def locked(machine: Machine, pairs: Iterable[str]) -> Machine:
+    """A machine with joints locked as written, "leg-2.radial=30 mm" or, in every chain that has it, "radial=30 mm".
+
+    Raises:
+        InputError: for an unknown joint, or a value without or with a wrong unit.
+    """
+    joints = {f"{leg.name}.{e.name}": e for leg in machine.legs for e in leg.chain.elements if isinstance(e, Drivable)}
+    joints |= {e.name: e for e in joints.values()}
+    locks = {}
+    for name, text in parse_settings(pairs).items():
+        if name not in joints:
+            raise InputError(f"lock {name}: {machine.name} has no such joint{nearest(name, joints)}")
+        locks[name] = coordinate(f"lock {name}", joints[name], text)
+    return machine.with_locks(locks) if locks else machine
+
+
+def coordinate(label: str, joint: Drivable, text: str) -> float:
+    """A joint coordinate as written, "30 mm" or "5 deg", in m or rad; `label` begins the message of an error."""
+    kind = Quantity("length", "m", "mm") if isinstance(joint, Prismatic) else Quantity("angle", "rad", "deg")
+    try:
+        return kind.parse(text)
+    except PydanticCustomError as error:
+        raise InputError(f'{label} "{text}": {error.message()}') from None
 
 
 def switched(

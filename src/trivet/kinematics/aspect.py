@@ -1,0 +1,101 @@
+"""Aspects: which poses a machine reaches from another one without crossing a singularity or a joint limit.
+
+Two poses of different working modes, or with different signs of det J^-1, are apart: every way between them crosses a
+singularity.  That two poses are of one aspect is shown by a way between them, looked at in small steps.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from trivet.kinematics.jacobian import inverse_jacobian
+from trivet.kinematics.report import JointState, joint_state, travel_excess
+from trivet.model import Machine
+from trivet.space.frame import Angle, Frame
+from trivet.space.pose import between
+from trivet.space.scalar import Scalar
+
+Verdict = Literal["connected", "apart", "unknown"]
+"""Whether a way was found, there can be none, or neither is known."""
+
+STEPS = 128
+"""Steps along a way."""
+DETOURS = 24
+"""Ways over a random pose between the ends, tried in a fixed order after the straight one."""
+JUMP = 0.5
+"""Step of an angular joint (rad) above which it has jumped: the platform joint went through the axis of its guide."""
+
+
+def _looked_at(machine: Machine, pose: Frame, signs: Scalar) -> tuple[Scalar, ...]:
+    state = joint_state(machine, pose, signs)
+    return (*state, jnp.linalg.det(inverse_jacobian(machine, pose, signs)))
+
+
+_look = jax.jit(jax.vmap(_looked_at, in_axes=(None, 0, None)))
+
+
+def orientation(machine: Machine, poses: Frame, signs: Any) -> Any:
+    """Sign of det J^-1 (n,) at poses (n,): +1, -1, 0 where it vanishes, NaN where a chain does not reach.
+
+    It does not depend on how the constraints are written, and within a working mode it changes at Type 2 singularities only.
+    """
+    return np.sign(np.asarray(_look(jax.tree.map(jnp.asarray, machine), poses, jnp.asarray(signs))[-1]))
+
+
+def connected(machine: Machine, start: Frame, end: Frame, signs: Any) -> Verdict:
+    """Whether a machine gets from one pose to another in a working mode without a singularity or a limit on the way.
+
+    Args:
+        machine: the machine; its chains in closed form.
+        start, end: platform frames {E} in {O}, of floats (m); `start` is taken to be inside all travel.
+        signs: (n_chains, 2) working mode of both.
+    """
+    ends = between(start, end, np.array([0.0, 1.0]))
+    first, last = orientation(machine, ends, signs)
+    if first * last < 0:
+        return "apart"
+    if not _is_clear(machine, between(end, end, np.linspace(0, 1, STEPS + 1)), signs, last):
+        return "apart"  # the end itself is outside its travel
+    random = np.random.default_rng(0)
+    spread = float(np.linalg.norm(np.subtract(end.origin, start.origin))) + float(machine.characteristic_length)
+    for detour in range(DETOURS + 1):
+        if detour == 0:
+            way = between(start, end, np.linspace(0, 1, STEPS + 1))
+        else:
+            middle = _beside(start, end, random, spread)
+            half = np.linspace(0, 1, STEPS // 2 + 1)
+            there, back = between(start, middle, half[:-1]), between(middle, end, half)
+            way = jax.tree.map(lambda a, b: np.concatenate([a, b]), there, back)
+        if _is_clear(machine, way, signs, first):
+            return "connected"
+    return "unknown"
+
+
+def _beside(start: Frame, end: Frame, random: np.random.Generator, spread: float) -> Frame:
+    """A random pose about the middle of the straight way."""
+    part = float(random.uniform(0.2, 0.8))
+    middle = jax.tree.map(lambda c: float(c[0]), between(start, end, np.array([part])))
+    axis = random.normal(size=3)
+    axis /= np.linalg.norm(axis)
+    tip = float(random.uniform(-0.6, 0.6))
+    turned = middle.turn(tuple(axis), Angle(math.cos(tip), math.sin(tip)))
+    shift = random.uniform(-0.5, 0.5, 3) * spread
+    found: Frame = turned._replace(origin=type(middle.origin)(*(c + s for c, s in zip(middle.origin, shift, strict=True))))
+    return found
+
+
+def _is_clear(machine: Machine, way: Frame, signs: Any, sign: float) -> bool:
+    """Whether all poses of a way are inside all travel, of one orientation, and no joint jumps between them."""
+    *joints, determinant = (np.asarray(a) for a in _look(jax.tree.map(jnp.asarray, machine), way, jnp.asarray(signs)))
+    state = JointState(*joints)
+    inside = np.all(state.reach >= 0) and np.all(travel_excess(state) <= 0)
+    if not inside or not np.all(np.sign(determinant) == sign):
+        return False
+    steps = np.abs(np.diff(state.coordinate, axis=0))
+    turns = np.minimum(steps, np.abs(steps - 2 * math.pi))
+    return bool(np.all(turns < JUMP))
