@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from trivet.errors import InputError, NoResultError, TrivetError
+    from trivet.interop.mjcf import to_mjcf, write_mjcf
     from trivet.kinematics.forward import Forward
     from trivet.model import Machine, catalogue, dimensions, load, parse, schema, to_text, write
     from trivet.show.figure import figure
@@ -25,10 +26,13 @@ if TYPE_CHECKING:
     from trivet.study.forward import forward
     from trivet.study.machines import switched
     from trivet.study.pose import PoseReport, pose
+    from trivet.study.singularity import SingularityReport, singularity_report
+    from trivet.study.singularity_map import SingularityMap, singularity_map
     from trivet.study.stiffness_map import StiffnessMap, stiffness_map
 
 _HOMES = {
     "trivet.errors": ("InputError", "NoResultError", "TrivetError"),
+    "trivet.interop.mjcf": ("to_mjcf", "write_mjcf"),
     "trivet.kinematics.forward": ("Forward",),
     "trivet.model": ("Machine", "catalogue", "dimensions", "load", "parse", "schema", "to_text", "write"),
     "trivet.show.figure": ("figure",),
@@ -38,13 +42,16 @@ _HOMES = {
     "trivet.study.forward": ("forward",),
     "trivet.study.machines": ("switched",),
     "trivet.study.pose": ("PoseReport", "pose"),
+    "trivet.study.singularity": ("SingularityReport", "singularity_report"),
+    "trivet.study.singularity_map": ("SingularityMap", "singularity_map"),
     "trivet.study.stiffness_map": ("StiffnessMap", "stiffness_map"),
 }
 
 __all__ = [
-    "Comparison", "Forward", "InputError", "Machine", "NoResultError", "PoseReport", "StiffnessMap", "Surface", "TrivetError",
-    "catalogue", "compare", "dimensions", "figure", "forward", "hemisphere", "load", "parse", "pose", "save", "schema",
-    "stiffness_map", "switched", "to_text", "write",
+    "Comparison", "Forward", "InputError", "Machine", "NoResultError", "PoseReport", "SingularityMap", "SingularityReport",
+    "StiffnessMap", "Surface", "TrivetError", "catalogue", "compare", "dimensions", "figure", "forward", "hemisphere", "load",
+    "parse", "pose", "save", "schema", "singularity_map", "singularity_report", "stiffness_map", "switched", "to_mjcf",
+    "to_text", "write", "write_mjcf",
 ]  # fmt: skip
 
 

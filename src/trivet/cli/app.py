@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from trivet.model import Machine
     from trivet.space.frame import Frame
     from trivet.study.pose import PoseReport
+    from trivet.study.stiffness_map import StiffnessMap
 
 app = typer.Typer(
     name="trivet",
@@ -153,7 +154,19 @@ def _load(report: PoseReport, force: str | None, moment: str | None, weight: boo
 @app.command("map")
 def map_stiffness(
     machine: o.Machine,
+    quantity: Annotated[
+        str,
+        typer.Option(
+            "--quantity",
+            help="What to map: stiffness; or, with the singular curves, sigma_min, 'det J_x', '1/det J_G^-1', '1/det J^-1', "
+            "ITI, OTI, LTI.",
+        ),
+    ] = "stiffness",
     objective: o.Objective = "K_xx",
+    roll: Annotated[
+        str | None,
+        typer.Option("--roll", help="For other quantities than stiffness: an angle, -alpha, or best; best by default."),
+    ] = None,
     mode: o.Mode = None,
     steps: o.Steps = 10,
     radius: o.Radius = None,
@@ -169,22 +182,30 @@ def map_stiffness(
     overwrite: o.Overwrite = False,
     as_json: o.Json = False,
 ) -> None:
-    """Stiffness over the machine's workpiece hemisphere, with the best roll at every point."""
+    """Stiffness over the machine's workpiece hemisphere, with the best roll at every point; or singularities there."""
     from trivet.cli import as_json as json_of
     from trivet.cli import tables
+    from trivet.errors import InputError
     from trivet.study.datasets import save
+    from trivet.study.singularity_map import SingularityMap, singularity_map
     from trivet.study.stiffness_map import stiffness_map, surface_of
 
+    if roll is not None and quantity == "stiffness":
+        raise InputError("--roll: the stiffness is mapped with its best roll; choose another --quantity")
     chosen = _machine(machine, settings, spherical, guide, shear, locks)
     surface = surface_of(
         chosen, steps, o.quantity("--radius", radius, "length", "m"), o.quantity("--height", height, "length", "m")
     )
     _free_to_write(figure, data, overwrite)
+    result: StiffnessMap | SingularityMap
     with _progress(as_json) as bar:
         task = bar.add_task(chosen.name, total=len(surface))
-        result = stiffness_map(
-            chosen, surface, objective=objective, mode=mode, rolls=rolls, progress=lambda n: bar.update(task, completed=n)
-        )
+        if quantity == "stiffness":
+            result = stiffness_map(
+                chosen, surface, objective=objective, mode=mode, rolls=rolls, progress=lambda n: bar.update(task, completed=n)
+            )
+        else:
+            result = singularity_map(chosen, surface, quantity=quantity, roll=_roll(roll, objective), mode=mode)
     if as_json:
         _print_json(json_of.map_json(result))
     else:
@@ -304,6 +325,58 @@ def forward(
 
 
 @app.command()
+def singularity(
+    machine: o.Machine,
+    position: o.Position = None,
+    azimuth: o.Azimuth = None,
+    tilt: o.Tilt = None,
+    roll: o.Roll = None,
+    mode: o.Mode = None,
+    settings: o.Settings = None,
+    locks: o.Locks = None,
+    figure: o.FigureFile = None,
+    overwrite: o.Overwrite = False,
+    as_json: o.Json = False,
+) -> None:
+    """How near a pose is to a singularity, what would go wrong there, and how well forces are transmitted."""
+    from trivet.cli import as_json as json_of
+    from trivet.cli import tables
+    from trivet.study.singularity import singularity_report
+
+    chosen = _machine(machine, settings, locks=locks)
+    _free_to_write(figure, None, overwrite)
+    result = singularity_report(chosen, _frame(chosen, position, azimuth, tilt, roll), mode=mode)
+    if as_json:
+        _print_json(json_of.singularity_json(result))
+    else:
+        tables.print_singularity(result)
+    _draw(result, figure, overwrite)
+
+
+@app.command()
+def export(
+    machine: o.Machine,
+    file: Annotated[str, typer.Argument(help="File to write: .xml, a MuJoCo model with its loops closed.", metavar="FILE.xml")],
+    mode: o.Mode = None,
+    settings: o.Settings = None,
+    locks: o.Locks = None,
+    overwrite: o.Overwrite = False,
+    as_json: o.Json = False,
+) -> None:
+    """Write the machine at home as a MuJoCo model (MJCF): bodies with masses, joints with travel, closed loops."""
+    from trivet.errors import InputError
+    from trivet.interop.mjcf import write_mjcf
+
+    if not file.endswith(".xml"):
+        raise InputError(f'"{file}": a MuJoCo model ends in .xml')
+    chosen = _machine(machine, settings, locks=locks)
+    write_mjcf(chosen, file, mode=mode, overwrite=overwrite)
+    if as_json:
+        _print_json({"machine": chosen.name, "format": "mjcf", "file": file})
+    _wrote(file)
+
+
+@app.command()
 def schema() -> None:
     """Print the JSON schema of machine files, with which editors complete and check them."""
     from trivet.model import schema as machine_schema
@@ -336,6 +409,15 @@ def _frame(machine: Machine, position: str | None, azimuth: str | None, tilt: st
     home, place = machine.home, o.triple("--position", position, "length", "m")
     given = zip(_pose_angles(azimuth, tilt, roll), (home.azimuth, home.tilt, home.roll), strict=True)
     return zyz_frame(home.position if place is None else place, *(h if g is None else g for g, h in given))
+
+
+def _roll(text: str | None, objective: str) -> str | float:
+    """A policy for the roll as `singularity_map` takes it."""
+    if text is None or text == "best":
+        return f"best {objective}"
+    if text == "-alpha":
+        return text
+    return o.quantity("--roll", text, "angle", "rad") or 0.0
 
 
 def _free_to_write(figures: list[str] | None, data: str | None, overwrite: bool) -> None:

@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from trivet.model import Machine
     from trivet.study.comparison import Comparison
     from trivet.study.pose import PoseReport
+    from trivet.study.singularity import SingularityReport
+    from trivet.study.singularity_map import SingularityMap
     from trivet.study.stiffness_map import StiffnessMap
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
@@ -130,7 +132,7 @@ def statistics_json(result: StiffnessMap) -> dict[str, Any]:
     }
 
 
-def map_json(result: StiffnessMap) -> dict[str, Any]:
+def _stiffness_map_json(result: StiffnessMap) -> dict[str, Any]:
     """A stiffness map, point by point."""
     points = {
         "position_m": finite(result.surface.position),
@@ -206,4 +208,75 @@ def forward_json(result: Forward) -> dict[str, Any]:
             }
             for pose in result.modes
         ],
+    }
+
+
+def map_json(result: StiffnessMap | SingularityMap) -> dict[str, Any]:
+    """A map of either kind."""
+    from trivet.study.stiffness_map import StiffnessMap
+
+    return _stiffness_map_json(result) if isinstance(result, StiffnessMap) else _singularity_map_json(result)
+
+
+def _singularity_map_json(result: SingularityMap) -> dict[str, Any]:
+    return {
+        "machine": result.machine.name,
+        "mode": result.mode,
+        "surface": result.surface.name,
+        "roll_policy": result.policy,
+        "points": len(result.surface),
+        "used": int(result.used.sum()),
+        "position_m": finite(result.surface.position),
+        "roll_rad": finite(result.roll),
+        "fields_SI": {name: finite(values) for name, values in result.fields.items()},
+        "units": {name: result.unit(name) for name in result.fields},
+        "singular_curves": [
+            {"position_m": finite(c.surface.position), "roll_rad": finite(c.roll), "closed": c.is_closed, "length_m": c.length}
+            for c in result.curves
+        ],
+        "sign_changes_by_jumps": result.jumps,
+    }
+
+
+def singularity_json(report: SingularityReport) -> dict[str, Any]:
+    """Singularity and transmission at one pose."""
+    found, moved = report.singularity, report.transmission
+    motion, far, det = found.motion, found.distance, found.determinants
+    return {
+        "machine": found.machine.name,
+        "mode": found.mode,
+        "position_m": [float(c) for c in found.frame.origin],
+        "azimuth_rad": report.angles[0],
+        "tilt_rad": report.angles[1],
+        "roll_rad": report.angles[2],
+        "type": found.type,
+        "meaning": found.meaning,
+        "sigma_min": finite(found.sigma_min),
+        "aspect_sign": found.aspect_sign,
+        "det_J_x_m3": finite(det.j_x),
+        "det_J_q_SI": finite(det.j_q),
+        "det_J_G_inverse_SI": finite(det.inverse),
+        "det_J_inverse_SI": finite(det.inverse_analytical),
+        "least_controlled_motion": {
+            "linear": finite(motion.linear),
+            "angular": finite(motion.angular),
+            "direction": finite(motion.direction),
+            "point_m": None if motion.point is None else finite(motion.point),
+            "pitch_m_per_rad": finite(motion.pitch),
+        },
+        "distance_m": finite(far.length),
+        "shift_to_singularity_m": finite(far.shift),
+        "distance_rad": finite(far.angle),
+        "tilt_to_singularity_rad": finite(far.tilt),
+        "drives": [
+            {
+                "name": drive.name,
+                "lever_m" if drive.is_angular else "lever": finite(drive.lever),
+                "singular": drive.is_singular,
+                "ITI": finite(float(moved.input[k])),
+                "OTI": finite(float(moved.output[k])),
+            }
+            for k, drive in enumerate(found.drives)
+        ],
+        "LTI": finite(float(moved.local)),
     }

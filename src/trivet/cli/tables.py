@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -14,6 +15,8 @@ if TYPE_CHECKING:
     from trivet.model import Machine
     from trivet.study.comparison import Comparison
     from trivet.study.pose import PoseReport
+    from trivet.study.singularity import SingularityReport
+    from trivet.study.singularity_map import SingularityMap
     from trivet.study.stiffness_map import StiffnessMap
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
@@ -203,13 +206,75 @@ def print_forward(result: Forward) -> None:
     _print(drives, poses, f"{words}. Drives at these poses deviate by {worst:.1g} m or rad at most.")
 
 
+def print_singularity(report: SingularityReport) -> None:
+    """Singularity and transmission at one pose."""
+    from trivet.kinematics.mode import mode_words
+    from trivet.kinematics.singularity import motion_words
+
+    found = report.singularity
+    place = ", ".join(f"{1e3 * float(c) + 0.0:g}" for c in found.frame.origin)
+    alpha, beta, gamma = (f"{math.degrees(v):.6g}" for v in report.angles)
+    stands = (
+        f"{found.machine.name}, {mode_words(found.mode)}, centre ({place}) mm, alpha {alpha}°, beta {beta}°, gamma {gamma}°"
+    )
+    verdict = "\n".join(found.meaning) or f"regular; the drives control least how the platform {motion_words(found.motion)}"
+    numbers = _table("how near", "", "value", left=1)
+    det, far = found.determinants, found.distance
+    rows = (
+        ("smallest singular value of J_x (moments over the characteristic length)", f"{found.sigma_min:.6g}"),
+        ("to the next Type 2 singularity, moving the centre (first order)", f"{1e3 * far.length:.4g} mm"),
+        ("to the next Type 2 singularity, tilting about the centre (first order)", f"{math.degrees(far.angle):.4g}°"),
+        ("det J_x; its sign changes across Type 2 singularities", f"{det.j_x * 1e9:.6g} mm³"),
+        ("det J_q", f"{det.j_q:.6g} (SI)"),
+        ("1 / det J⁻¹, geometric", f"{1 / det.inverse if det.inverse else math.inf:.6g} (SI)"),
+    )
+    for words, value in rows:
+        numbers.add_row(words, value)
+    drives = _table("drives", "drive", "lever of its force", "ITI", "OTI", "")
+    moved = report.transmission
+    for k, drive in enumerate(found.drives):
+        lever = f"{1e3 * drive.lever:.4g} mm" if drive.is_angular else f"cos {drive.lever:.4g}"
+        idle = "SINGULAR" if drive.is_singular else ""
+        drives.add_row(drive.name, lever, f"{float(moved.input[k]):.4f}", f"{float(moved.output[k]):.4f}", idle)
+    _print(stands, verdict, numbers, drives, f"local transmission index LTI {float(moved.local):.4f}, the least of all")
+
+
+def _print_singularities(result: SingularityMap) -> None:
+    from trivet.kinematics.mode import mode_words
+
+    table = _table("over the points that are reached", "quantity", "least", "median", "greatest", "unit")
+    for name, values in result.fields.items():
+        own = values[np.isfinite(values)]
+        if len(own):
+            table.add_row(name, f"{own.min():.4g}", f"{np.median(own):.4g}", f"{own.max():.4g}", result.unit(name))
+    curves = _table("curves of Type 2 singularities", "", "points", "length mm", "distance from the axis mm", "")
+    for k, curve in enumerate(result.curves, 1):
+        away = 1e3 * np.hypot(*curve.surface.position[:, :2].T)
+        spread = f"{away.min():.3f} to {away.max():.3f}"
+        closed = "closed" if curve.is_closed else "open"
+        curves.add_row(str(k), str(len(curve.roll)), f"{1e3 * curve.length:.3f}", spread, closed)
+    used = f"{int(result.used.sum())} of {len(result.surface)} points reached"
+    height = 1e3 * float(result.surface.position[:, 2].min())
+    _print(
+        f"{result.machine.name}, {mode_words(result.mode)}, {result.surface.name} at z0 = {height:g} mm, "
+        f"roll {result.policy}: {used}",
+        table,
+        curves if result.curves else "no Type 2 singularity between the points that are reached",
+    )
+
+
 def _number(value: float) -> str:
     """Four decimals, without a negative zero."""
     return f"{round(value, 4) + 0.0:.4f}"
 
 
-def print_map(result: StiffnessMap) -> None:
-    """A stiffness map in short."""
+def print_map(result: StiffnessMap | SingularityMap) -> None:
+    """A map in short."""
+    from trivet.study.stiffness_map import StiffnessMap
+
+    if not isinstance(result, StiffnessMap):
+        _print_singularities(result)
+        return
     from trivet.kinematics.mode import mode_words
 
     _print(

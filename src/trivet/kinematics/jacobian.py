@@ -12,12 +12,15 @@ Numbers that mix lengths and angles are made dimensionless by the machine's `cha
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 
 from trivet.errors import InputError
 from trivet.kinematics.constraint import transmitted
+from trivet.kinematics.inverse import inverse
 from trivet.kinematics.standing import postures
 from trivet.kinematics.walk import Posture, walk
 from trivet.model import Leg, Machine
@@ -103,7 +106,8 @@ def chain_rows(leg: Leg, posture: Posture, scale: Scalar) -> ChainRows:
     units = _orthonormal(transmitted(passive), 0 if has_ball else 1 / (scale * scale))
     if units:
         # The passive freedoms, in their order, and the wrenches span everything; the sense in which they do must not flip.
-        spanned = jnp.linalg.det(_matrix([[*w.force, *w.moment] for w in units] + [[*t.linear, *t.angular] for t in passive]))
+        spanning = [[*w.force, *w.moment] for w in units] + [[*t.linear, *t.angular] for t in passive]
+        spanned = jnp.linalg.det(matrix(spanning, 6))
         units[-1] = _scaled(units[-1], jnp.where(spanned < 0, -1.0, 1.0))
     driven = [(e, e.freedoms(f, c, posture.end)[0]) for e, f, c in steps if is_driven(e)]
     return ChainRows(units, driven, steps)
@@ -120,18 +124,41 @@ def constraint_rows(machine: Machine, pose: Frame, signs: Scalar) -> ConstraintR
     Raises:
         NoResultError: a chain has an idle freedom.
     """
-    names = actuator_names(machine)
     scale = machine.characteristic_length
-    rows_q, rows_x = [], []
-    for leg, posture in zip(machine.legs, postures(machine, pose, signs), strict=True):
+
+    def rows(leg: Leg, posture: Posture) -> tuple[Scalar, Scalar]:
         chain = chain_rows(leg, posture, scale)
-        driven = {f"{leg.name}.{e.name}": twist for e, twist in chain.driven}
-        arm = arm_of(leg, pose)
-        for wrench in chain.wrenches:
-            rows_q.append([wrench @ driven[name] if name in driven else 0.0 for name in names])
-            moved = wrench.carried(posture.heading, arm)
-            rows_x.append([*moved.force, *moved.moment])
-    return ConstraintRows(_matrix(rows_q), _matrix(rows_x))
+        moved = [wrench.carried(posture.heading, arm_of(leg, pose)) for wrench in chain.wrenches]
+        powers = [[wrench @ twist for _, twist in chain.driven] for wrench in chain.wrenches]
+        return matrix(powers, len(chain.driven)), matrix([[*w.force, *w.moment] for w in moved], 6)
+
+    blocks, rows_x = zip(*per_chain(machine, pose, signs, rows), strict=True)
+    names, first = actuator_names(machine), 0
+    j_q = jnp.zeros((sum(len(block) for block in blocks), len(names)))
+    for leg, block in zip(machine.legs, blocks, strict=True):
+        columns = [names.index(f"{leg.name}.{e.name}") for e in leg.chain.elements if is_driven(e)]
+        j_q = j_q.at[first : first + len(block), jnp.array(columns, dtype=int)].set(block)
+        first += len(block)
+    return ConstraintRows(j_q, jnp.concatenate(rows_x))
+
+
+def per_chain(machine: Machine, pose: Frame, signs: Scalar, work: Callable[[Leg, Posture], Any]) -> list[Any]:
+    """What a function of arrays makes of every chain and its posture, in the order of the chains.
+
+    Chains that are made alike are done as one batch, so that JAX compiles one of them; arguments as for `constraint_rows`.
+    """
+    legs = [leg.unnamed for leg in machine.legs]
+    if signs is None:
+        return [work(leg, posture) for leg, posture in zip(legs, postures(machine, pose, None), strict=True)]
+    alike: dict[Any, list[int]] = {}
+    for place, leg in enumerate(legs):
+        alike.setdefault(jax.tree.structure(leg), []).append(place)
+    found: dict[int, Any] = {}
+    for places in alike.values():
+        stacked = jax.tree.map(lambda *c: jnp.stack([jnp.asarray(v) for v in c]), *(legs[k] for k in places))
+        done = jax.vmap(lambda leg, sign: work(leg, inverse(leg, pose, sign)))(stacked, jnp.asarray(signs)[jnp.array(places)])
+        found |= {place: jax.tree.map(lambda a, row=row: a[row], done) for row, place in enumerate(places)}
+    return [found[place] for place in range(len(legs))]
 
 
 def arm_of(leg: Leg, pose: Frame) -> Vec:
@@ -171,7 +198,7 @@ def square_rows(machine: Machine, pose: Frame, signs: Scalar) -> ConstraintRows:
 def zyz_rates(azimuth: Scalar, tilt: Scalar) -> Scalar:
     """H of Eq (26), V = H Xdot with Xdot = (velocity of the centre, rates of alpha, beta, gamma); det H = -sin(beta)."""
     ca, sa, cb, sb = jnp.cos(azimuth), jnp.sin(azimuth), jnp.cos(tilt), jnp.sin(tilt)
-    turning = _matrix([[0.0, -sa, ca * sb], [0.0, ca, sa * sb], [1.0, 0.0, cb]])
+    turning = matrix([[0.0, -sa, ca * sb], [0.0, ca, sa * sb], [1.0, 0.0, cb]], 3)
     return jnp.eye(6).at[3:, 3:].set(turning)
 
 
@@ -242,5 +269,7 @@ def _scaled(wrench: Wrench, factor: Scalar) -> Wrench:
     return Wrench(wrench.force * factor, wrench.moment * factor)
 
 
-def _matrix(rows: list[list[Scalar]]) -> Scalar:
-    return jnp.stack([jnp.stack([jnp.asarray(v, dtype=float) for v in row]) for row in rows])
+def matrix(rows: list[list[Scalar]], columns: int) -> Scalar:
+    """An array of scalars by rows."""
+    flat = [jnp.asarray(v, dtype=float) for row in rows for v in row]
+    return (jnp.stack(flat) if flat else jnp.zeros(0)).reshape(len(rows), columns)

@@ -295,17 +295,19 @@ def polished(pairs: Pairs, z: Point, steps: Scalar) -> Roots:
     The error and the reach are in the greatest of the three changes of log z.
     """
 
-    def newton(_: Scalar, z: Point) -> Point:
-        local = _locals(pairs, z)
-        values = [row.value for row in local]
+    def newton(_: Scalar, state: tuple[Point, list[Complex]]) -> tuple[Point, list[Complex]]:
+        z, values = state
         moved = []
-        for unknown, row in zip(z, _inverse(local), strict=True):
+        for unknown, row in zip(z, _inverse(_locals(pairs, z)), strict=True):
             step = row[0] * values[0] + row[1] * values[1] + row[2] * values[2]
             step = step.scaled(jnp.minimum(1.0, 0.5 / (step.modulus() + _TINY)))
             moved.append(unknown - unknown * step)
-        return moved[0], moved[1], moved[2]
+        z = moved[0], moved[1], moved[2]
+        return z, [row.value for row in _locals(pairs, z)]
 
-    z = jax.lax.fori_loop(0, steps, newton, z)
+    # The values are handed on: XLA would compute them once per unknown, each time rounded otherwise, and where the Jacobian is
+    # nearly singular such steps lead off in all directions.
+    z, _ = jax.lax.fori_loop(0, steps, newton, (z, [row.value for row in _locals(pairs, z)]))
     local = _locals(pairs, z)
     error, curvature = jnp.zeros(()), jnp.zeros(())
     for row in _inverse(local):

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from trivet.errors import InputError, nearest
 from trivet.files import replacing
+from trivet.kinematics.singularity import Motion
 from trivet.model import Machine
 from trivet.show.palette import paint
 from trivet.show.scene import Scene, scene
@@ -24,6 +25,7 @@ def draw(
     *,
     path: str | os.PathLike[str],
     status: str = "",
+    motion: Motion | None = None,
     overwrite: bool = False,
 ) -> None:
     """Draw a machine at a pose into a file; it appears whole or not at all.
@@ -34,6 +36,7 @@ def draw(
         mode: working mode; the machine's own when not given.
         path: file to write; its suffix says what: .png is a picture of 1200 x 900, .html a page that needs no network.
         status: what is to be said about the pose; joints which it names ("leg-2.hinge is above its limit") are marked.
+        motion: a motion of the platform to be shown, see `trivet.show.scene.scene`.
         overwrite: whether the file may be replaced.
 
     Raises:
@@ -44,7 +47,7 @@ def draw(
     if suffix not in SUFFIXES:
         raise InputError(f"{path}: a drawing ends in {' or '.join(SUFFIXES)}{nearest(suffix, SUFFIXES) if suffix else ''}")
     with replacing(path, overwrite=overwrite) as temporary:
-        seen = scene(machine, pose, mode)
+        seen = scene(machine, pose, mode, motion)
         painted = paint(seen.shapes, status)
         if suffix == ".png":
             from trivet.show.picture import write_picture as write_drawing

@@ -7,6 +7,7 @@ from functools import singledispatch
 from typing import Any
 
 from trivet.kinematics.forward import Forward
+from trivet.kinematics.singularity import Singularity, motion_words
 from trivet.model import Machine
 from trivet.show.assembly import draw_assembly
 from trivet.show.comparison import draw_comparison
@@ -24,7 +25,7 @@ def figure(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False
     """Draw a machine, a pose, a stiffness or singularity map, or a comparison.
 
     Args:
-        result: a Machine (at home), or what `pose`, `stiffness_map`, `singularity_map` or `compare` gave.
+        result: a Machine (at home), or what `pose`, `singularity`, `stiffness_map`, `singularity_map` or `compare` gave.
         path: file to write; .png is a picture, .html a page that needs no network.
         overwrite: whether the file may be replaced.
 
@@ -53,6 +54,12 @@ def _(result: Forward, path: str | os.PathLike[str], *, overwrite: bool = False)
 @figure.register
 def _(result: StiffnessMap, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     draw_map(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: Singularity, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    status = "; ".join(result.meaning) or f"least controlled: the platform {motion_words(result.motion)}"
+    draw(result.machine, result.frame, result.mode, path=path, status=status, motion=result.motion, overwrite=overwrite)
 
 
 @figure.register

@@ -10,7 +10,7 @@ from trivet.show.shapes import Role, Shape
 
 # Okabe and Ito, "Color universal design" (2008), and greys.
 BLUE, SKY, GREEN, PURPLE = "#0072B2", "#56B4E9", "#009E73", "#CC79A7"
-ORANGE, VERMILLION, BLACK = "#E69F00", "#D55E00", "#000000"
+ORANGE, VERMILLION, YELLOW, BLACK = "#E69F00", "#D55E00", "#F0E442", "#000000"
 
 COLOURS: dict[Role, str] = {
     "link": BLUE,
@@ -21,12 +21,13 @@ COLOURS: dict[Role, str] = {
     "platform": SKY,
     "tool": "#404040",
     "workpiece": PURPLE,
+    "motion": YELLOW,
     "x axis": BLACK,
     "y axis": BLACK,
     "z axis": BLACK,
 }
 
-LEGEND: tuple[Role, ...] = ("actuated joint", "passive joint", "link", "guide", "platform", "tool", "workpiece")
+LEGEND: tuple[Role, ...] = ("actuated joint", "passive joint", "link", "guide", "platform", "tool", "workpiece", "motion")
 """What a legend lists, in this order."""
 
 MARKED = VERMILLION

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from trivet.kinematics.mode import mode_text, parse_mode
+from trivet.kinematics.singularity import Motion
 from trivet.kinematics.standing import home_pose, stand
 from trivet.kinematics.walk import Coordinate
 from trivet.model import Leg, Machine
@@ -47,13 +48,14 @@ class Scene(NamedTuple):
         return tuple(label for label in self.joints if label.text in self.first | marked)
 
 
-def scene(machine: Machine, pose: Frame | None = None, mode: str | None = None) -> Scene:
+def scene(machine: Machine, pose: Frame | None = None, mode: str | None = None, motion: Motion | None = None) -> Scene:
     """The shapes of a machine at a pose, positions in {O} in m.
 
     Args:
         machine: the machine.
         pose: platform frame {E} in {O}, of floats (m); home when not given.
         mode: working mode, as `parse_mode` reads it; for machines whose chains are all solved by a leg family.
+        motion: a motion of the platform, to be shown as an arrow with one head for a translation, with two for a turn.
 
     Raises:
         InputError: when the mode does not fit the machine.
@@ -77,6 +79,8 @@ def scene(machine: Machine, pose: Frame | None = None, mode: str | None = None) 
         frames.append(Label(leg.name, _foot(steps, unit)))
     found += _platform(machine, pose, unit)
     size = 0.5 * max(float(np.ptp(np.concatenate([s.rings.reshape(-1, 3) for s in found]), axis=0).max()), 1e-3)
+    if motion is not None:
+        found += _arrow(motion, pose, 0.5 * size)
     for name, frame, reach in (("O", IDENTITY, 0.3 * size), ("E", pose, 0.22 * size)):
         found += _triad(name, frame, reach)
         frames += [Label(f"{{{name}}}", _point(frame))] + [
@@ -229,6 +233,16 @@ def _triad(name: str, frame: Frame, reach: float) -> Iterator[Shape]:
         neck = origin + 0.82 * reach * column
         yield shapes.bar(f"{{{name}}} {letter}", role, origin, neck, (thick, thick))
         yield shapes.cone(f"{{{name}}} {letter}", role, neck, origin + reach * column, 3 * thick)
+
+
+def _arrow(motion: Motion, pose: Frame, reach: float) -> Iterator[Shape]:
+    """An arrow from the platform centre along a translation, or along the axis of a turn, past its point nearest to there."""
+    is_turn = motion.point is not None
+    start = motion.point - 0.6 * reach * motion.direction if is_turn else _point(pose)
+    tip, head, thick = start + 1.2 * reach * motion.direction, 0.15 * reach * motion.direction, 0.04 * reach
+    yield shapes.bar("motion", "motion", start, tip - head, (thick, thick))
+    for end in (tip, tip - head) if is_turn else (tip,):
+        yield shapes.cone("motion", "motion", end - head, end, 4 * thick)
 
 
 def _once(found: list[Shape]) -> Iterator[Shape]:

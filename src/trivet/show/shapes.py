@@ -12,7 +12,18 @@ import numpy as np
 
 Array: TypeAlias = Any
 Role: TypeAlias = Literal[
-    "link", "actuated joint", "passive joint", "guide", "ground", "platform", "tool", "workpiece", "x axis", "y axis", "z axis"
+    "link",
+    "actuated joint",
+    "passive joint",
+    "guide",
+    "ground",
+    "platform",
+    "tool",
+    "workpiece",
+    "motion",
+    "x axis",
+    "y axis",
+    "z axis",
 ]
 
 _AROUND = 28

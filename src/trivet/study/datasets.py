@@ -11,6 +11,7 @@ import numpy as np
 from trivet.kinematics.report import OK, STATUS_WORDS, joint_names
 from trivet.results.netcdf import COMPONENTS, labelled, write_groups, write_netcdf
 from trivet.study.comparison import Comparison
+from trivet.study.singularity_map import SingularityMap
 from trivet.study.stiffness_map import StiffnessMap
 
 if TYPE_CHECKING:
@@ -53,24 +54,60 @@ def map_dataset(result: StiffnessMap) -> xr.Dataset:
     )
 
 
+_PLAIN = {"det J_x": "det_J_x", "1/det J_G^-1": "inverse_of_det_J_G_inverse", "1/det J^-1": "inverse_of_det_J_inverse"}
+"""Names of fields as NetCDF takes them, which wants no slash."""
+
+
+def singularity_dataset(result: SingularityMap) -> xr.Dataset:
+    """A map of singularities as a dataset over its check points and the points of its singular curves."""
+    curve = np.concatenate([np.full(len(c.roll), k) for k, c in enumerate(result.curves)] or [np.zeros(0, dtype=int)])
+    places = np.concatenate([c.surface.position for c in result.curves] or [np.zeros((0, 3))])
+    rolls = np.concatenate([c.roll for c in result.curves] or [np.zeros(0)])
+    fields = {
+        _PLAIN.get(name, name): (("point",), values, result.unit(name) or "1", name) for name, values in result.fields.items()
+    }
+    return labelled(
+        result.machine,
+        {
+            "position": (("point", "axis"), result.surface.position, "m", "platform centre in {O}"),
+            "azimuth": (("point",), result.surface.azimuth, "rad", "alpha of R = Rz(alpha) Ry(beta) Rz(gamma)"),
+            "tilt": (("point",), result.surface.tilt, "rad", "beta"),
+            "roll": (("point",), result.roll, "rad", f"gamma, {result.policy}; NaN where the pose is not reached"),
+            "curve_position": (("curve_point", "axis"), places, "m", "points of Type 2 singularities, curve after curve"),
+            "curve_roll": (("curve_point",), rolls, "rad", "gamma there"),
+            "curve": (("curve_point",), curve, "1", "number of the curve"),
+        }
+        | fields,
+        {"axis": COMPONENTS[:3]},
+        mode=result.mode,
+        surface=result.surface.name,
+        roll_policy=result.policy,
+    )
+
+
 @singledispatch
-def save(result: StiffnessMap | Comparison, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+def save(result: StiffnessMap | SingularityMap | Comparison, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     """Write a result as labelled NetCDF with units and the machine file inside; a comparison has one group per machine.
 
     Args:
-        result: what `stiffness_map` or `compare` gave.
+        result: what `stiffness_map`, `singularity_map` or `compare` gave.
         path: file to write; it appears whole or not at all.
         overwrite: whether the file may be replaced.
 
     Raises:
         InputError: when the file exists unasked or cannot be written.
     """
-    raise TypeError(f"no NetCDF of a {type(result).__name__}; stiffness maps and comparisons can be saved")
+    raise TypeError(f"no NetCDF of a {type(result).__name__}; maps and comparisons can be saved")
 
 
 @save.register
 def _(result: StiffnessMap, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     write_netcdf(map_dataset(result), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: SingularityMap, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_netcdf(singularity_dataset(result), path, overwrite=overwrite)
 
 
 @save.register

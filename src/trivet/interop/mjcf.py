@@ -1,0 +1,252 @@
+"""MJCF: machines as MuJoCo models, closed loops included.
+
+Every chain is walked from the ground.  A joint that moves begins a body, whose frame is that beyond the joint; what follows up
+to the next such joint is rigid with it.  The platform floats, and equality constraints tie the ends of the chains to it: a
+chain that ends with a ball by the ball's centre alone, any other by the whole frame beyond its last joint.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import jax
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from trivet.files import replacing
+from trivet.interop.inertia import Bar, RigidMass, bar_of, element_mass, platform_mass, together
+from trivet.kinematics.jacobian import actuator_names
+from trivet.kinematics.mode import parse_mode
+from trivet.kinematics.standing import Standing, stand
+from trivet.kinematics.walk import Coordinate
+from trivet.model import Machine
+from trivet.model.elements import Curvilinear, Drivable, Element, Prismatic, Revolute, Spherical, Stock, Universal
+from trivet.model.elements.beam import beam_axes
+from trivet.space.frame import IDENTITY, Angle, Frame
+from trivet.space.pose import zyz_frame
+
+_OPTION = {"timestep": "0.0001", "integrator": "implicitfast", "iterations": "100", "tolerance": "1e-14"}
+_LOOPS = {"solref": "0.0002 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
+"""Loops as stiff as the time step allows: a machine that falls freely keeps them closed to well below 1 um."""
+
+_MOTE, _MOTE_INERTIA = 1e-12, 1e-13
+"""Mass (kg) and moment of inertia (kg m^2) for a body that has none; MuJoCo wants more than 1e-15 and 1e-14."""
+
+_NOTES = (
+    "SI units and radians. The model stands in the pose of its keyframe. qpos of a slide or a hinge is the coordinate that "
+    "trivet gives the joint; qpos of a ball is its turn from this pose. Joints have trivet's names, chain.joint.",
+    "Equality constraints close the loops. Drives, joints and beams are rigid, nothing collides, and the extended part of a "
+    "slide is a rod of the length that it has in this pose.",
+)
+_NO_RANGE = "its travel limits the elevation of the next body, not its coordinate: no range here"
+_NO_INERTIA = f"{_MOTE:g} kg and {_MOTE_INERTIA:g} kg m^2 more than in trivet: MuJoCo moves nothing without mass and inertia"
+
+
+@dataclass
+class _Body:
+    """A body of the model while it is put together."""
+
+    xml: ET.Element
+    moves: bool = True
+    frame: Frame = IDENTITY
+    """Where the walk stands, in the axes of the body."""
+    parts: list[RigidMass] = field(default_factory=list)
+
+    @classmethod
+    def within(cls, parent: ET.Element, name: str, frame: Frame, *, moves: bool = True) -> _Body:
+        """A body that stands in a frame of its parent."""
+        return cls(ET.SubElement(parent, "body", {"name": name, **_placed(frame)}), moves)
+
+    def site(self, name: str, frame: Frame) -> None:
+        """Mark a frame of the body."""
+        ET.SubElement(self.xml, "site", {"name": name, **_placed(frame)})
+
+    def weigh(self) -> None:
+        """Write what all parts weigh together."""
+        mass, centre, inertia = together(self.parts)
+        notes = []
+        if self.moves and (mass < _MOTE or np.linalg.eigvalsh(inertia)[0] < _MOTE_INERTIA):
+            mass, inertia = mass + _MOTE, inertia + _MOTE_INERTIA * np.eye(3)
+            notes = [_comment(_NO_INERTIA)]
+        if mass > 0:
+            moments = _text([*inertia.diagonal(), inertia[0, 1], inertia[0, 2], inertia[1, 2]])
+            self.xml[:0] = [*notes, ET.Element("inertial", pos=_text(centre), mass=_text([mass]), fullinertia=moments)]
+
+
+@dataclass
+class _Model:
+    """The model while chains are added to it."""
+
+    stock: Stock
+    world: ET.Element
+    ties: ET.Element
+    platform: _Body
+    share: RigidMass
+    """What the platform weighs, divided among it and the bodies welded to it: a body without mass would hold nothing."""
+    qpos: list[float]
+
+
+def to_mjcf(machine: Machine, pose: Frame | None = None, mode: str | None = None) -> str:
+    """A machine as MJCF, standing at a pose, in SI and the axes of {O}.
+
+    Bodies are named after the joint that moves them, "platform", or "ground/leg-1" for what stands on the ground; motors (N or
+    N m) after their joints, in the order of Q.  The two hinges of a universal joint are "leg-1.cross.1" and "leg-1.cross.2".
+    A last ball is no joint but the constraint "leg-1.ball"; any other last joint is both.  A locked joint is rigid.  Mass and
+    inertia are those of beams, joints, offsets and platform; kinematics do not mind a chain whose last body has none, MuJoCo's
+    dynamics do.
+
+    Args:
+        machine: the machine.
+        pose: platform frame {E} in {O}, of floats (m); home when not given.  The keyframe is named "home", or "pose".
+        mode: working mode, as `parse_mode` reads it; the machine's own when not given.
+
+    Raises:
+        InputError: when the mode does not fit the machine.
+        NoResultError: when a chain does not reach the pose (travel limits are not looked at).
+    """
+    home = machine.home
+    frame = zyz_frame(home.position, home.azimuth, home.tilt, home.roll) if pose is None else pose
+    stands = stand(machine, frame, parse_mode(machine, mode))
+    root = ET.Element("mujoco", model=machine.name)
+    root.extend(_comment(note) for note in _NOTES)
+    ET.SubElement(root, "compiler", angle="radian")
+    ET.SubElement(root, "option", _OPTION)
+    defaults = ET.SubElement(root, "default")
+    ET.SubElement(defaults, "geom", contype="0", conaffinity="0", rgba="0.6 0.65 0.7 1")
+    ET.SubElement(defaults, "equality", _LOOPS)
+    world, ties = ET.SubElement(root, "worldbody"), ET.SubElement(root, "equality")
+    platform = _Body.within(world, "platform", frame)
+    ET.SubElement(platform.xml, "freejoint", name="platform")
+    x, y, z, w = Rotation.from_matrix(np.array(frame.matrix(), dtype=float)).as_quat()
+    welds = sum(not isinstance(one.leg.chain.elements[-1], Spherical) for one in stands)
+    share = platform_mass(machine).times(1 / (1 + welds))
+    model = _Model(machine.stock, world, ties, platform, share, [*frame.origin, w, x, y, z])
+    for one in stands:
+        _add_leg(model, one)
+    platform.parts.append(share)
+    platform.weigh()
+    if machine.platform.disc is not None:
+        size = _text([machine.platform.disc.radius, machine.platform.disc.thickness / 2])
+        centre = _text(machine.platform.centre_of_mass or (0, 0, 0))
+        ET.SubElement(platform.xml, "geom", type="cylinder", size=size, pos=centre)
+    motors = ET.SubElement(root, "actuator")
+    for name in actuator_names(machine):
+        ET.SubElement(motors, "motor", name=name, joint=name)
+    ET.SubElement(ET.SubElement(root, "keyframe"), "key", name="home" if pose is None else "pose", qpos=_text(model.qpos))
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode") + "\n"
+
+
+def write_mjcf(machine: Machine, path: str | os.PathLike[str], *, mode: str | None = None, overwrite: bool = False) -> None:
+    """Write a machine at home as MJCF.
+
+    Args:
+        machine, mode: as for `to_mjcf`.
+        path: file to write; it appears whole or not at all.
+        overwrite: whether the file may be replaced.
+
+    Raises:
+        InputError, NoResultError: as `to_mjcf`; InputError when the file exists unasked or cannot be written.
+    """
+    text = to_mjcf(machine, mode=mode)
+    with replacing(path, overwrite=overwrite) as file:
+        file.write_text(text, encoding="utf-8")
+
+
+def _add_leg(model: _Model, one: Standing) -> None:
+    leg, last = one.leg, one.leg.chain.elements[-1]
+    tie, on_platform, seat = f"{leg.name}.{last.name}", f"platform/{leg.name}", leg.platform_frame()
+    by_centre = isinstance(last, Spherical)
+    body = _Body.within(model.world, f"ground/{leg.name}", leg.base_frame(), moves=False)
+    coordinates = jax.tree.map(float, one.posture.coordinates)
+    for element, coordinate in zip(leg.chain.elements[: -1 if by_centre else None], coordinates, strict=False):
+        body.frame = element.advance(body.frame, coordinate)
+        if element.unknowns:
+            body.weigh()
+            name = f"{leg.name}.{element.name}"
+            body = _Body.within(body.xml, name, body.frame)
+            model.qpos += _add_joints(body, name, element, coordinate)
+        body.parts += element_mass(element, coordinate, body.frame, model.stock)
+        bar = bar_of(element, coordinate, body.frame)
+        if bar is not None and bar.length != 0:
+            _draw_bar(body, bar, model.stock)
+    if by_centre:
+        model.platform.parts += element_mass(last, None, seat, model.stock)
+    else:
+        body.parts.append(model.share.seen_from(seat))
+    body.weigh()
+    body.site(tie, body.frame)
+    model.platform.site(on_platform, seat)
+    ET.SubElement(model.ties, "connect" if by_centre else "weld", name=tie, site1=tie, site2=on_platform)
+
+
+def _add_joints(body: _Body, name: str, joint: Element, coordinate: Coordinate) -> list[float]:
+    """Give a body the joint that moves it; returns what qpos holds of the joint."""
+    if isinstance(joint, Spherical):
+        ET.SubElement(body.xml, "joint", name=name, type="ball")
+        return [1.0, 0.0, 0.0, 0.0]
+    if isinstance(joint, Universal):
+        first, second = joint.axes
+        # The frame of the body lies beyond both hinges: the second has turned it away from the first.
+        seen = IDENTITY.turn(second, Angle(coordinate[1].cos, -coordinate[1].sin)).direction(first)
+        angles = [_radians(angle) for angle in coordinate]
+        for number, axis, angle in zip((1, 2), (seen, second), angles, strict=True):
+            ET.SubElement(body.xml, "joint", name=f"{name}.{number}", type="hinge", axis=_text(axis), ref=_text([angle]))
+        return angles
+    assert isinstance(joint, Drivable)
+    by_elevation = isinstance(joint, Revolute) and joint.measure == "elevation"
+    limits = None if by_elevation else joint.travel
+    attributes = {"name": name, "type": "hinge", "axis": "0 0 1"}
+    if isinstance(joint, Curvilinear):
+        attributes["pos"] = _text([-joint.radius, 0, 0])  # the body's frame is on the circle, the axis in its middle
+    if isinstance(joint, (Prismatic, Revolute)):
+        attributes["axis"] = _text(joint.axis)
+    value: float = coordinate
+    if isinstance(joint, Prismatic):
+        attributes["type"] = "slide"
+    else:
+        value = _radians(coordinate, sum(limits) / 2 if limits else 0.0)
+    attributes["ref"] = _text([value])
+    if limits:
+        attributes["range"] = _text(limits)
+    elif joint.travel:
+        body.xml.append(_comment(_NO_RANGE))
+    ET.SubElement(body.xml, "joint", attributes)
+    return [value]
+
+
+def _draw_bar(body: _Body, bar: Bar, stock: Stock) -> None:
+    outline = stock.sections[bar.profile.section].outline
+    x, y, z = beam_axes(bar.start, bar.axis)
+    width, height, half = float(outline.width) / 2, float(outline.height) / 2, abs(bar.length) / 2
+    if outline.is_round:
+        shape = {"type": "cylinder", "size": _text([width, half]), **_placed(Frame(bar.middle, y, z, x))}
+    else:
+        shape = {"type": "box", "size": _text([half, width, height]), **_placed(Frame(bar.middle, x, y, z))}
+    ET.SubElement(body.xml, "geom", shape)
+
+
+def _radians(angle: Angle, near: float = 0.0) -> float:
+    """An angle in the turn around `near`."""
+    return near + math.remainder(math.atan2(angle.sin, angle.cos) - near, 2 * math.pi)
+
+
+def _placed(frame: Frame) -> dict[str, str]:
+    """Attributes that place something in a frame of its parent; none where it stands as the parent does."""
+    place = {"pos": _text(frame.origin), "xyaxes": _text([*frame.x, *frame.y])}
+    as_parent = {"pos": "0 0 0", "xyaxes": "1 0 0 0 1 0"}
+    return {key: value for key, value in place.items() if value != as_parent[key]}
+
+
+def _text(values: Iterable[Any]) -> str:
+    """Numbers as they are read again; no -0 and no .0."""
+    return " ".join(repr(float(value) + 0.0).removesuffix(".0") for value in values)
+
+
+def _comment(text: str) -> ET.Element[Any]:
+    return ET.Comment(f" {text} ")
