@@ -8,13 +8,16 @@ import os
 import platform
 from pathlib import Path
 
-from benchmarks import kernels, processes
+from benchmarks import kernels, kinematics, processes
 
 GROUPS = {
     "map": kernels.best_roll_map,
     "full": kernels.full_stiffness,
     "opensees": kernels.against_opensees,
     "gradient": kernels.gradient,
+    "inverse": kinematics.inverse_kinematics,
+    "forward": kinematics.complete_forward,
+    "tracking": kinematics.tracking,
     "compile": kernels.compile_times,
     "memory": processes.constant_memory,
     "processes": processes.whole_processes,

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from trivet.cli import main
@@ -89,6 +90,48 @@ def test_map_and_compare_write_files(trivet: Any, tmp_path: Path) -> None:
     assert found["machines"][0]["statistics"]["K_zz"]["mean_N_per_m"] == pytest.approx(5.4e6, rel=0.02)
 
 
+def test_forward_lists_all_poses(trivet: Any, tmp_path: Path) -> None:
+    code, out, _ = trivet("forward", "azulay", "--figure", "f.png", "--figure", "f.html")
+    assert code == 0
+    assert "16 of 16 complex solutions" in out
+    assert (tmp_path / "f.html").stat().st_size > 100_000
+    found = json.loads(trivet("forward", "azulay", "--json")[1])
+    assert found["complete"] is True
+    assert found["poses"][0]["home"] == "connected"
+    assert found["poses"][found["poses"][0]["mirror"]]["position_m"][2] == pytest.approx(-0.125)
+    moved = json.loads(trivet("forward", "azulay", "--drive", "leg-1.slide=33 mm", "--json")[1])
+    assert moved["drives_m_or_rad"]["leg-1.slide"] == pytest.approx(0.033)
+    code, out, _ = trivet("forward", "gough-stewart", "--tilt", "3 deg")
+    assert (code, "may be other poses" in out) == (0, True)
+
+
+def test_singularity_says_what_it_means(trivet: Any) -> None:
+    found = json.loads(trivet("singularity", "azulay", "--tilt", "20 deg", "--json")[1])
+    assert found["type"] == 0
+    assert 0 < found["LTI"] < 1
+    code, out, _ = trivet("singularity", "azulay", "--figure", "s.png")
+    assert (code, "ITI" in out) == (0, True)
+    found = json.loads(trivet("map", "azulay", "--quantity", "sigma_min", "--roll=-alpha", "--data", "s.nc", "--json")[1])
+    ring = np.array(found["singular_curves"][0]["position_m"])
+    away = np.hypot(ring[:, 0], ring[:, 1])
+    assert 2.0e-3 < away.min() < away.max() < 2.5e-3
+    assert found["singular_curves"][0]["closed"]
+
+
+def test_export_writes_a_model(trivet: Any, tmp_path: Path) -> None:
+    code, _, err = trivet("export", "rmmt", "m.xml", "--lock", "tangential=2 mm")
+    assert (code, "wrote m.xml" in err) == (0, True)
+    assert "leg-3.radial" in (tmp_path / "m.xml").read_text()
+    code, _, err = trivet("export", "rmmt", "m.xml")
+    assert (code, "exists already" in err) == (2, True)
+
+
+def test_locks_choose_the_drives(trivet: Any) -> None:
+    found = json.loads(trivet("pose", "rmmt", "--lock", "leg-1.tangential=1 mm", "--json")[1])
+    assert "leg-1.guide" in found["actuators"]
+    assert "leg-2.guide" not in found["actuators"]
+
+
 def test_switches_change_the_model(trivet: Any) -> None:
     def stiffness(*options: str) -> float:
         return float(
@@ -133,6 +176,17 @@ WRONG = [
     (("map", "gough-stewart"), "has no [workpiece]"),
     (("compare", "azulay", "azulay"), "given twice"),
     (("compare", "--finer", "0"), "finer"),
+    (("forward", "azulay", "--drives", "0 deg, 120 deg"), "2 values, but azulay has 6 drives"),
+    (("forward", "azulay", "--drive", "leg-1.slid=30 mm"), "did you mean 'leg-1.slide'"),
+    (("forward", "azulay", "--drive", "leg-1.slide=30 deg"), "not a unit of length"),
+    (("forward", "azulay", "--drive", "leg-1.slide=300 mm"), "outside its travel"),
+    (("forward", "rmmt", "--lock", "leg-1.guide=0 deg", "--lock", "leg-1.radial=30 mm"), "leg-1: has 5 freedoms"),
+    (("forward", "rmmt", "--lock", "leg-1.gide=0 deg"), "did you mean"),
+    (("forward", "rmmt", "--lock", "leg-1.guide=0 mm"), "not a unit of angle"),
+    (("map", "azulay", "--quantity", "sigma"), "sigma_min"),
+    (("map", "azulay", "--roll", "3 deg"), "another --quantity"),
+    (("map", "azulay", "--quantity", "LTI", "--roll", "3"), "unit is missing"),
+    (("export", "azulay", "m.urdf"), ".xml"),
     (("nonsense",), "nonsense"),
     (("map", "azulay", "--nonsense"), "nonsense"),
     (("map",), "MACHINE"),

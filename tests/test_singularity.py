@@ -16,6 +16,7 @@ from trivet.kinematics.singularity import SINGULAR, conditions, singularity
 from trivet.kinematics.transmission import Transmission, transmissions
 from trivet.model import document_of, load, parse
 from trivet.show.figure import figure
+from trivet.show.scene import scene
 from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
 from trivet.space.surface import Surface, hemisphere
@@ -195,6 +196,25 @@ def test_machines_and_poses_of_which_nothing_can_be_told() -> None:
         singularity(load("azulay"), zyz_frame((0, 0, 0.3), 0, 0, 0))
 
 
+def test_chains_that_are_closed_numerically() -> None:
+    """A passive slide out of the plane of its leg: no working mode; the rows are still unit forces at right angles."""
+    document = document_of(load("ben-horin"))
+    slide, hinge = document["chains"]["leg"]["elements"][1:3]
+    slide |= {"axis": [0.36, 0.48, 0.8], "actuated": False}
+    for key in ("travel", "stiffness"):
+        slide.pop(key)
+    hinge |= {"actuated": True, "travel": ["-80 deg", "80 deg"]}
+    machine = parse(document)
+    assert parse_mode(machine) is None
+    pose = zyz_frame((0.002, 0.001, 0.12), 0.1, 0.2, 0.3)
+    forces = conditions(machine, one(pose), None).rows.j_x[0, :, :3].reshape(3, 2, 3)
+    assert np.allclose(forces @ np.swapaxes(forces, 1, 2), np.eye(2), rtol=0, atol=1e-12)
+    found = singularity(machine, pose)
+    assert found.mode == ""
+    assert found.distance.length > 1e3, "the forces keep their directions wherever the centre goes"
+    assert 0 < found.distance.angle < 2
+
+
 # Maps
 
 
@@ -301,7 +321,25 @@ def test_zero_sets_lie_on_the_surface() -> None:
 
 
 @pytest.mark.parametrize("suffix", [".png", ".html"])
-def test_figures_of_a_map(tmp_path: Path, suffix: str) -> None:
-    path = tmp_path / f"map{suffix}"
-    figure(ring("-alpha"), path)
-    assert path.stat().st_size > 10_000
+def test_figures(tmp_path: Path, suffix: str) -> None:
+    """Of a map, and of a pose on its curve."""
+    found = ring("-alpha")
+    on_curve = found.curves[0]
+    points = on_curve.surface
+    pose = zyz_frame(points.position[5], points.azimuth[5], points.tilt[5], on_curve.roll[5])
+    for name, result in (("map", found), ("pose", singularity(found.machine, pose))):
+        path = tmp_path / f"{name}{suffix}"
+        figure(result, path)
+        assert path.stat().st_size > 10_000
+
+
+def test_the_arrow_lies_on_the_axis() -> None:
+    machine = machine_of("azulay")
+    pose, signs = type_2("azulay")
+    motion = singularity(machine, pose, mode_text(machine, signs)).motion
+    arrow = [s for s in scene(machine, pose, mode_text(machine, signs), motion).shapes if s.role == "motion"]
+    assert len(arrow) == 3, "a bar and the two heads of a turn"
+    for shape in arrow:
+        for end in (shape.start, shape.end):
+            assert np.linalg.norm(np.cross(end - motion.point, motion.direction)) < 1e-12
+    assert not any(s.role == "motion" for s in scene(machine).shapes)

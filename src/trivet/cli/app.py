@@ -350,7 +350,7 @@ def singularity(
         _print_json(json_of.singularity_json(result))
     else:
         tables.print_singularity(result)
-    _draw(result, figure, overwrite)
+    _draw(result.singularity, figure, overwrite)
 
 
 @app.command()

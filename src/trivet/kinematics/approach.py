@@ -53,8 +53,8 @@ def _drives(machine: Machine, pose: Frame, signs: Any) -> Scalar:
 
 
 drives_at = jax.jit(jax.vmap(_drives, in_axes=(None, 0, None)))
-"""Drive coordinates (n, n_actuators) in the order of Q at poses with component arrays (n,), in one working mode; NaN where a chain
-does not reach."""
+"""Drive coordinates (n, n_actuators) in the order of Q at poses with component arrays (n,), in one working mode; NaN where a
+chain does not reach."""
 
 
 def _drives_and_slope(machine: Machine, pose: Frame, signs: Any) -> tuple[Scalar, Scalar]:

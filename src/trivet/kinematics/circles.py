@@ -38,7 +38,7 @@ CHUNK, FEW = 256, 16
 STEPS, MANY = 20, 80
 """Aberth steps that all but a few problems need, and that nearly all of these need."""
 
-NEWTON, CREEPING = 6, 40
+NEWTON, CREEPING = 5, 40
 """Newton steps to a simple root, and to a multiple one, which each step brings half as near."""
 
 VANISHING = 1e-13

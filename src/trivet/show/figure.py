@@ -7,7 +7,7 @@ from functools import singledispatch
 from typing import Any
 
 from trivet.kinematics.forward import Forward
-from trivet.kinematics.singularity import Singularity, motion_words
+from trivet.kinematics.singularity import Singularity
 from trivet.model import Machine
 from trivet.show.assembly import draw_assembly
 from trivet.show.comparison import draw_comparison
@@ -58,8 +58,19 @@ def _(result: StiffnessMap, path: str | os.PathLike[str], *, overwrite: bool = F
 
 @figure.register
 def _(result: Singularity, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-    status = "; ".join(result.meaning) or f"least controlled: the platform {motion_words(result.motion)}"
-    draw(result.machine, result.frame, result.mode, path=path, status=status, motion=result.motion, overwrite=overwrite)
+    moves = "moves along the arrow" if result.motion.point is None else "turns about the arrow"
+    status = [f"Type 1: {', '.join(drive.name for drive in result.faults)} moves without the platform"] if result.faults else []
+    if result.type != 1:
+        status.append(f"{'Type 2: with all drives held' if result.type else 'least controlled:'} the platform {moves}")
+    draw(
+        result.machine,
+        result.frame,
+        result.mode,
+        path=path,
+        status="; ".join(status),
+        motion=result.motion,
+        overwrite=overwrite,
+    )
 
 
 @figure.register

@@ -80,7 +80,7 @@ def scene(machine: Machine, pose: Frame | None = None, mode: str | None = None, 
     found += _platform(machine, pose, unit)
     size = 0.5 * max(float(np.ptp(np.concatenate([s.rings.reshape(-1, 3) for s in found]), axis=0).max()), 1e-3)
     if motion is not None:
-        found += _arrow(motion, pose, 0.5 * size)
+        found += _arrow(motion, pose, 0.7 * size)
     for name, frame, reach in (("O", IDENTITY, 0.3 * size), ("E", pose, 0.22 * size)):
         found += _triad(name, frame, reach)
         frames += [Label(f"{{{name}}}", _point(frame))] + [
@@ -237,11 +237,10 @@ def _triad(name: str, frame: Frame, reach: float) -> Iterator[Shape]:
 
 def _arrow(motion: Motion, pose: Frame, reach: float) -> Iterator[Shape]:
     """An arrow from the platform centre along a translation, or along the axis of a turn, past its point nearest to there."""
-    is_turn = motion.point is not None
-    start = motion.point - 0.6 * reach * motion.direction if is_turn else _point(pose)
-    tip, head, thick = start + 1.2 * reach * motion.direction, 0.15 * reach * motion.direction, 0.04 * reach
+    start = _point(pose) if motion.point is None else motion.point - 0.6 * reach * motion.direction
+    tip, head, thick = start + 1.2 * reach * motion.direction, 0.12 * reach * motion.direction, 0.04 * reach
     yield shapes.bar("motion", "motion", start, tip - head, (thick, thick))
-    for end in (tip, tip - head) if is_turn else (tip,):
+    for end in (tip,) if motion.point is None else (tip, tip - head):
         yield shapes.cone("motion", "motion", end - head, end, 4 * thick)
 
 
