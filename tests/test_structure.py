@@ -25,7 +25,7 @@ from trivet.errors import InputError, NoResultError
 from trivet.kinematics.closure import close_machine
 from trivet.kinematics.inverse import inverse
 from trivet.kinematics.mode import parse_mode
-from trivet.model import Machine, load
+from trivet.model import Machine, catalogue, load
 from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
 from trivet.statics.assembly import PLATFORM, Structure, assemble, assemble_standing
@@ -71,6 +71,16 @@ def test_both_paths_agree(name: str, rotation: Any) -> None:
         worst_difference(load(name).with_spherical(rotation), POSES, seed=1, kernel=jax.jit(condensed, compiler_options=QUICK))
         < 1e-9
     )
+
+
+@pytest.mark.parametrize("name", sorted({*catalogue()} - {*PAPER, "azulay-196", "azulay-236"}))
+def test_both_paths_agree_on_every_kind_of_chain(name: str) -> None:
+    assert worst_difference(load(name), 100, seed=7) < 1e-9
+
+
+def test_both_paths_agree_whatever_is_locked() -> None:
+    locks = {"leg-1.guide": 0.1, "leg-2.tangential": 0.002, "leg-3.radial": 0.0395}
+    assert worst_difference(load("rmmt").with_locks(locks), 50, seed=8) < 1e-9
 
 
 @pytest.mark.parametrize(

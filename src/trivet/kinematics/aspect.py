@@ -7,7 +7,7 @@ singularity.  That two poses are of one aspect is shown by a way between them, l
 from __future__ import annotations
 
 import math
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -39,39 +39,27 @@ def _looked_at(machine: Machine, pose: Frame, signs: Scalar) -> tuple[Scalar, ..
 _look = jax.jit(jax.vmap(_looked_at, in_axes=(None, 0, None)))
 
 
-def orientation(machine: Machine, poses: Frame, signs: Any) -> Any:
-    """Sign of det J^-1 (n,) at poses (n,): +1, -1, 0 where it vanishes, NaN where a chain does not reach.
-
-    It does not depend on how the constraints are written, and within a working mode it changes at Type 2 singularities only.
-    """
-    return np.sign(np.asarray(_look(jax.tree.map(jnp.asarray, machine), poses, jnp.asarray(signs))[-1]))
-
-
 def connected(machine: Machine, start: Frame, end: Frame, signs: Any) -> Verdict:
     """Whether a machine gets from one pose to another in a working mode without a singularity or a limit on the way.
 
     Args:
         machine: the machine; its chains in closed form.
-        start, end: platform frames {E} in {O}, of floats (m); `start` is taken to be inside all travel.
+        start, end: platform frames {E} in {O}, of floats (m).
         signs: (n_chains, 2) working mode of both.
     """
-    ends = between(start, end, np.array([0.0, 1.0]))
-    first, last = orientation(machine, ends, signs)
-    if first * last < 0:
+    straight = _travelled(machine, between(start, end, np.linspace(0, 1, STEPS + 1)), signs)
+    if straight.side[0] * straight.side[-1] < 0 or not straight.inside[[0, -1]].all():
         return "apart"
-    if not _is_clear(machine, between(end, end, np.linspace(0, 1, STEPS + 1)), signs, last):
-        return "apart"  # the end itself is outside its travel
+    if straight.is_clear:
+        return "connected"
     random = np.random.default_rng(0)
     spread = float(np.linalg.norm(np.subtract(end.origin, start.origin))) + float(machine.characteristic_length)
-    for detour in range(DETOURS + 1):
-        if detour == 0:
-            way = between(start, end, np.linspace(0, 1, STEPS + 1))
-        else:
-            middle = _beside(start, end, random, spread)
-            half = np.linspace(0, 1, STEPS // 2 + 1)
-            there, back = between(start, middle, half[:-1]), between(middle, end, half)
-            way = jax.tree.map(lambda a, b: np.concatenate([a, b]), there, back)
-        if _is_clear(machine, way, signs, first):
+    half = np.linspace(0, 1, STEPS // 2 + 1)
+    for _ in range(DETOURS):
+        middle = _beside(start, end, random, spread)
+        there, back = between(start, middle, half[:-1]), between(middle, end, half)
+        way = jax.tree.map(lambda a, b: np.concatenate([a, b]), there, back)
+        if _travelled(machine, way, signs).is_clear:
             return "connected"
     return "unknown"
 
@@ -89,13 +77,25 @@ def _beside(start: Frame, end: Frame, random: np.random.Generator, spread: float
     return found
 
 
-def _is_clear(machine: Machine, way: Frame, signs: Any, sign: float) -> bool:
-    """Whether all poses of a way are inside all travel, of one orientation, and no joint jumps between them."""
+class _Way(NamedTuple):
+    """What is met along a way, pose by pose."""
+
+    inside: Any
+    """Whether all chains close with all joints inside their travel."""
+    side: Any
+    """Sign of det J^-1.  It does not depend on how the constraints are written."""
+    step: Any
+    """Greatest step of a joint to the next pose, rad or m."""
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether neither a limit nor a singularity is met."""
+        return bool(self.inside.all() and self.side[0] != 0 and (self.side == self.side[0]).all() and (self.step < JUMP).all())
+
+
+def _travelled(machine: Machine, way: Frame, signs: Any) -> _Way:
     *joints, determinant = (np.asarray(a) for a in _look(jax.tree.map(jnp.asarray, machine), way, jnp.asarray(signs)))
     state = JointState(*joints)
-    inside = np.all(state.reach >= 0) and np.all(travel_excess(state) <= 0)
-    if not inside or not np.all(np.sign(determinant) == sign):
-        return False
+    inside = np.all(state.reach >= 0, axis=1) & np.all(travel_excess(state) <= 0, axis=1)
     steps = np.abs(np.diff(state.coordinate, axis=0))
-    turns = np.minimum(steps, np.abs(steps - 2 * math.pi))
-    return bool(np.all(turns < JUMP))
+    return _Way(inside, np.sign(determinant), np.minimum(steps, np.abs(steps - 2 * math.pi)).max(axis=1))
