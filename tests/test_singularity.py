@@ -21,6 +21,7 @@ from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
 from trivet.space.surface import Surface, hemisphere
 from trivet.space.vector import Vec
+from trivet.study.singularity import singularity_report
 from trivet.study.singularity_map import QUANTITIES, SingularityMap, singularity_map
 from trivet.study.zero_set import zero_set
 
@@ -343,3 +344,15 @@ def test_the_arrow_lies_on_the_axis() -> None:
         for end in (shape.start, shape.end):
             assert np.linalg.norm(np.cross(end - motion.point, motion.direction)) < 1e-12
     assert not any(s.role == "motion" for s in scene(machine).shapes)
+
+
+def test_the_tilt_margin_leads_to_a_singularity() -> None:
+    """Tilted by the margin the determinant vanishes; a little less and it has kept its sign in every direction."""
+    report = singularity_report("azulay")
+    margin = report.tilt_margin
+    size = abs(report.singularity.determinants.j_x)
+    at = np.array([[margin.azimuth]])
+    assert abs(report._tilted(at, np.array([[margin.angle]]))[0, 0]) < 1e-9 * size
+    every = np.linspace(0, 2 * np.pi, 25)[:-1, None]
+    less = report._tilted(every, np.array([margin.angle - math.radians(1)])) * report.singularity.determinants.j_x
+    assert np.all(less > 0)

@@ -268,6 +268,8 @@ def singularity_json(report: SingularityReport) -> dict[str, Any]:
         "shift_to_singularity_m": finite(far.shift),
         "distance_rad": finite(far.angle),
         "tilt_to_singularity_rad": finite(far.tilt),
+        "tilt_margin_rad": finite(report.tilt_margin.angle),
+        "tilt_margin_azimuth_rad": finite(report.tilt_margin.azimuth),
         "drives": [
             {
                 "name": drive.name,

@@ -222,8 +222,9 @@ def print_singularity(report: SingularityReport) -> None:
     det, far = found.determinants, found.distance
     rows = (
         ("smallest singular value of J_x (moments over the characteristic length)", f"{found.sigma_min:.6g}"),
-        ("to the next Type 2 singularity, moving the centre (first order)", f"{1e3 * far.length:.4g} mm"),
-        ("to the next Type 2 singularity, tilting about the centre (first order)", f"{math.degrees(far.angle):.4g}°"),
+        ("moving the centre, to a Type 2 singularity to first order", _first_order(1e3 * far.length, "mm", 1e3)),
+        ("tilting about the centre, to a Type 2 singularity to first order", _first_order(math.degrees(far.angle), "°", 180)),
+        ("tilting about the centre until there is a Type 2 singularity", _tilt_margin(report)),
         ("det J_x; its sign changes across Type 2 singularities", f"{det.j_x * 1e9:.6g} mm³"),
         ("det J_q", f"{det.j_q:.6g} (SI)"),
         ("1 / det J⁻¹, geometric", f"{1 / det.inverse if det.inverse else math.inf:.6g} (SI)"),
@@ -237,6 +238,18 @@ def print_singularity(report: SingularityReport) -> None:
         idle = "SINGULAR" if drive.is_singular else ""
         drives.add_row(drive.name, lever, f"{float(moved.input[k]):.4f}", f"{float(moved.output[k]):.4f}", idle)
     _print(stands, verdict, numbers, drives, f"local transmission index LTI {float(moved.local):.4f}, the least of all")
+
+
+def _first_order(value: float, unit: str, most: float) -> str:
+    """A distance to first order, unless it is so long that it says nothing."""
+    return f"{value:.4g} {unit}" if value < most else "none near"
+
+
+def _tilt_margin(report: SingularityReport) -> str:
+    margin = report.tilt_margin
+    if not math.isfinite(margin.angle):
+        return "none up to 90°"
+    return f"{math.degrees(margin.angle):.4f}° towards {math.degrees(margin.azimuth):g}° from x of {{E}}"
 
 
 def _print_singularities(result: SingularityMap) -> None:

@@ -47,8 +47,9 @@ PURE = 1e-9
 """Part of a motion, over the whole of it, below which it does not count: a motion that turns so little is a translation."""
 STEP = 1e-5
 """Step of central differences, in radians and in characteristic lengths."""
-_ROUGH = 1e-2
-"""Difference of the differences ahead and behind, over the larger, above which there is no derivative."""
+_ROUGH, _KINK = 1e-2, 1e-3
+"""Where there is no derivative, differences ahead and behind differ by more than this part of the larger, and, since curvature
+is of second order in the step, by more than this part of a step of the determinant's size, the characteristic length cubed."""
 BATCH = 320
 """Poses per call, so that every question uses the same compiled kernel."""
 
@@ -260,7 +261,7 @@ def _distance(det: Array, steps: Array, pose: Frame, length: float) -> Distance:
     """From det J_x (13,) at the pose, at the six steps, and at the six steps back."""
     ahead, behind = det[1:7] - det[0], det[0] - det[7:]
     # Where the two differ by more than curvature does, there is no derivative: across the axis of a guide, say.
-    rough = np.abs(ahead - behind) > _ROUGH * np.maximum(np.abs(ahead), np.abs(behind)) + SINGULAR * STEP * length**3
+    rough = np.abs(ahead - behind) > _ROUGH * np.maximum(np.abs(ahead), np.abs(behind)) + _KINK * STEP * length**3
     slope = np.where(rough, np.nan, (ahead + behind) / (2 * steps))
     normal = np.array(pose.z, dtype=float)
 
