@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
+from importlib.util import find_spec
 from typing import Any
 
 import jax
@@ -12,6 +13,7 @@ import jax.numpy as jnp
 import numba
 import numpy as np
 
+from benchmarks.homotopy import solve_some
 from benchmarks.kernels import Row, quartiles
 from benchmarks.naive_circles import first_angles
 from benchmarks.pairs import paired
@@ -104,6 +106,14 @@ def complete_forward() -> Iterator[Row]:
         f"{naive:,.0f} solves/s; angles wrong by up to {wrong:.0e} rad",
         "",
     )
+    if find_spec("pypolsys") is not None:
+        some = np.random.default_rng(0).choice(count, 200, replace=False)
+        rate, complete = solve_some(Circles(*(a[some] for a in circles)), len(some))
+        yield (
+            "the same by homotopy (POLSYS_PLP through pypolsys)",
+            f"{rate:.0f} solves/s; {complete} of {len(some)} complete",
+            "",
+        )
 
 
 def _naive(circles: Circles) -> tuple[float, float]:
