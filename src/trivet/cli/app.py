@@ -310,13 +310,9 @@ def forward(
 
     chosen = _machine(machine, settings, locks=locks)
     _free_to_write(figure, None, overwrite)
-    result = assembly_modes(
-        chosen,
-        parse_drives(chosen, drives, drive or []),
-        start=_frame(chosen, position, azimuth, tilt, roll),
-        mode=mode,
-        anyway=anyway,
-    )
+    given, start = parse_drives(chosen, drives, drive or []), _frame(chosen, position, azimuth, tilt, roll)
+    with _busy("finding all poses", as_json):
+        result = assembly_modes(chosen, given, start=start, mode=mode, anyway=anyway)
     if as_json:
         _print_json(json_of.forward_json(result))
     else:
@@ -345,7 +341,8 @@ def singularity(
 
     chosen = _machine(machine, settings, locks=locks)
     _free_to_write(figure, None, overwrite)
-    result = singularity_report(chosen, _frame(chosen, position, azimuth, tilt, roll), mode=mode)
+    with _busy("looking for singularities", as_json):
+        result = singularity_report(chosen, _frame(chosen, position, azimuth, tilt, roll), mode=mode)
     if as_json:
         _print_json(json_of.singularity_json(result))
     else:
@@ -453,6 +450,13 @@ def _wrote(path: str) -> None:
 
 def _print_json(value: Any) -> None:
     typer.echo(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))
+
+
+def _busy(doing: str, quiet: bool) -> Any:
+    """A sign of life for work that cannot say how far it is; the first run of a kind of machine compiles kernels."""
+    from rich.console import Console
+
+    return Console(stderr=True, quiet=quiet or not sys.stderr.isatty()).status(f"{doing} …")
 
 
 def _progress(quiet: bool) -> Any:
