@@ -17,7 +17,7 @@ from trivet.kinematics.approach import approach, drive_coordinates
 from trivet.kinematics.aspect import connected
 from trivet.kinematics.circles import Status, solve
 from trivet.kinematics.forward import assembly_modes, match_modes
-from trivet.kinematics.locked import circles_of, frames_at, holds_circles, mirror_plane
+from trivet.kinematics.locked import circles_of, frames_at, mirror_plane
 from trivet.kinematics.mode import mode_text, parse_mode
 from trivet.kinematics.standing import home_pose
 from trivet.kinematics.tracking import hinge_angles, track
@@ -134,7 +134,7 @@ def test_mirror_twins_mirror_each_other() -> None:
         assert mode.mirror is not None
         twin = found[mode.mirror]
         assert twin.mirror == k
-        assert np.allclose(twin.position, np.array(mode.position) * (1, 1, -1), atol=1e-12)
+        assert np.allclose(twin.position, np.array(mode.position) * (1, 1, -1), rtol=0, atol=1e-12)
     assert all(
         mode.mirror is None for mode in trivet.forward("straight-elbow", start=zyz_frame((0, 0, 0.165), 0.3, 0.4, 0.5)).modes
     )
@@ -146,7 +146,7 @@ def test_equal_heights_have_a_mirror_plane_at_that_height() -> None:
     height = found.drives["leg-1.column"]
     for mode in found.modes:
         assert mode.mirror is not None
-        assert math.isclose(found.modes[mode.mirror].position[2], 2 * height - mode.position[2], abs_tol=1e-12)
+        assert math.isclose(found.modes[mode.mirror].position[2], 2 * height - mode.position[2], rel_tol=0, abs_tol=1e-12)
 
 
 def test_parallel_axes_have_twelve_solutions() -> None:
@@ -190,7 +190,7 @@ def test_any_chain_is_solved_from_a_starting_pose() -> None:
     document["chains"]["leg"]["elements"][1]["axis"] = [0.1, 1.0, 0.0]
     del document["chains"]["leg"]["elements"][1]["measure"], document["chains"]["leg"]["elements"][1]["travel"]
     tested = trivet.parse(document)
-    assert not holds_circles(tested) or parse_mode(tested) is None
+    assert parse_mode(tested) is None
     pose = moved(home_pose(tested), np.array([1e-4, -2e-4, 1e-4, 1e-3, 2e-3, -1e-3]))
     values = np.array(list(drive_coordinates(tested, pose, None).values()))
     found = approach(tested, values, home_pose(tested), None)
@@ -202,16 +202,15 @@ def test_any_chain_is_solved_from_a_starting_pose() -> None:
 def test_tracking_follows(name: str) -> None:
     tested = machine(name)
     poses, signs = random_stands(tested, 200, seed=6)
-    mode = signs[..., 0]
-    poses = part(poses, np.all(signs == mode[..., None], axis=(0, 1))) if name == "gough-stewart" else poses
     values = drives_of(tested, poses, signs)
     angles = hinge_angles(tested, poses, signs)
     rng = np.random.default_rng(0)
     found = track(tested, values, angles + rng.uniform(-1e-5, 1e-5, angles.shape))
-    # Near a singularity the start may lie beyond it; such steps are told by their residual or stay rare.
-    off = apart(found.frame, poses)
-    assert np.quantile(np.asarray(found.residual), 0.98) < 1e-13
-    assert np.quantile(off, 0.95) < 1e-9
+    residual = np.asarray(found.residual)
+    # A residual that is not small says that the way was lost; with a small one the pose is right, unless the start lay beyond
+    # a singularity that was nearer than the step.
+    assert np.mean(residual < 1e-13) > 0.98
+    assert np.mean(apart(found.frame, poses)[residual < 1e-13] < 1e-9) > 0.97
     with pytest.raises(InputError, match="expected"):
         track(tested, values[0], angles)
 
@@ -237,16 +236,31 @@ def test_home_among_its_own_assembly_modes() -> None:
         assert found.modes[0].miss is None
 
 
+def test_another_working_mode_is_apart_from_home() -> None:
+    """Whatever solves the machine: with one chain of another kind it is solved from a starting pose."""
+    document = trivet.model.document_of(load("azulay").with_locks({"leg-1.guide": 0.0}))
+    for chain in document["chains"].values():
+        for element in chain["elements"]:
+            element.pop("locked", None)
+            element.pop("travel", None)
+    del document["chains"]["leg-1"]["elements"][1]["axis"]
+    document["chains"]["leg-1"]["elements"][1]["axis"] = "z"
+    tested = trivet.parse(document)
+    home = trivet.forward(tested).modes[0]
+    assert home.home == "connected"
+    other = trivet.forward(tested, mode="+- ++ ++").modes
+    assert all(mode.home == "apart" for mode in other if mode.mode == "+- ++ ++")
+
+
 def test_degenerate_inputs_are_said() -> None:
     with pytest.raises(NoResultError, match="no pose has these drive coordinates"):
         trivet.forward("alizade", {"leg-1.telescope": 0.02, "leg-2.telescope": 0.02}, anyway=True)
     with pytest.raises(NoResultError, match="degenerate"):
         trivet.forward("alizade", {f"leg-{k}.telescope": 0.0 for k in (1, 2, 3)}, anyway=True)
-    same = {f"leg-{k}.guide": 0.3 for k in (1, 2, 3)}
-    found = None
-    with pytest.raises(NoResultError):
-        found = trivet.forward("azulay", same, anyway=True)
-    assert found is None
+    with pytest.raises(NoResultError, match="all hinges have one axis"):
+        trivet.forward(
+            "azulay", {f"leg-{k}.{e}": v for k in (1, 2, 3) for e, v in (("guide", 0.3), ("slide", 0.01))}, anyway=True
+        )
 
 
 @pytest.mark.parametrize(
@@ -255,7 +269,7 @@ def test_degenerate_inputs_are_said() -> None:
         ("azulay", [0.1, 0.2], "2 drive coordinates, but it has 6 drives"),
         ("azulay", {"leg-1.slid": 0.01}, "did you mean 'leg-1.slide'"),
         ("azulay", {"leg-1.slide": 0.3}, "300 mm is outside its travel, 0 to 65 mm"),
-        ("azulay", {"leg-1.slide": math.nan}, "not a finite number"),
+        ("azulay", {"leg-1.slide": math.nan}, "expected a number below"),
     ],
 )
 def test_wrong_drives(name: str, drives: Any, message: str) -> None:

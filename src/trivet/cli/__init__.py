@@ -32,10 +32,16 @@ def main() -> None:
         code = 0 if isinstance(error, BrokenPipeError) else 1
         if code:
             print(f"trivet: the output cannot be written: {error.strerror}", file=sys.stderr)
+    # All is written; what the interpreter still clears away is not to be interrupted.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     sys.exit(code)
 
 
 def _leave(number: int, frame: object) -> None:
+    # Raised within a callback of the garbage collector an exception is lost; the alarm raises it again.
+    if hasattr(signal, "setitimer"):
+        signal.signal(signal.SIGALRM, lambda *_: _leave(number, frame))
+        signal.setitimer(signal.ITIMER_REAL, 0.05)
     raise SystemExit(128 + number)
 
 

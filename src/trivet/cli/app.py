@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -162,7 +163,7 @@ def map_stiffness(
             "ITI, OTI, LTI.",
         ),
     ] = "stiffness",
-    objective: o.Objective = "K_xx",
+    objective: Annotated[str | None, o.OBJECTIVE] = None,
     roll: Annotated[
         str | None,
         typer.Option("--roll", help="For other quantities than stiffness: an angle, -alpha, or best; best by default."),
@@ -171,7 +172,7 @@ def map_stiffness(
     steps: o.Steps = 10,
     radius: o.Radius = None,
     height: o.Height = None,
-    rolls: o.Rolls = 360,
+    rolls: Annotated[int | None, o.ROLLS] = None,
     settings: o.Settings = None,
     locks: o.Locks = None,
     spherical: o.Spherical = None,
@@ -186,12 +187,16 @@ def map_stiffness(
     from trivet.cli import as_json as json_of
     from trivet.cli import tables
     from trivet.errors import InputError
+    from trivet.statics.best_roll import ROLLS
     from trivet.study.datasets import save
     from trivet.study.singularity_map import SingularityMap, singularity_map
     from trivet.study.stiffness_map import stiffness_map, surface_of
 
     if roll is not None and quantity == "stiffness":
         raise InputError("--roll: the stiffness is mapped with its best roll; choose another --quantity")
+    policy = _roll(roll, objective)
+    if (objective or rolls) and quantity != "stiffness" and not str(policy).startswith("best"):
+        raise InputError("--objective and --rolls choose the best roll; they do not go with another --roll")
     chosen = _machine(machine, settings, spherical, guide, shear, locks)
     surface = surface_of(
         chosen, steps, o.quantity("--radius", radius, "length", "m"), o.quantity("--height", height, "length", "m")
@@ -200,12 +205,18 @@ def map_stiffness(
     result: StiffnessMap | SingularityMap
     with _progress(as_json) as bar:
         task = bar.add_task(chosen.name, total=len(surface))
+
+        def advance(points: int) -> None:
+            bar.update(task, completed=points)
+
         if quantity == "stiffness":
             result = stiffness_map(
-                chosen, surface, objective=objective, mode=mode, rolls=rolls, progress=lambda n: bar.update(task, completed=n)
+                chosen, surface, objective=objective or "K_xx", mode=mode, rolls=rolls or ROLLS, progress=advance
             )
         else:
-            result = singularity_map(chosen, surface, quantity=quantity, roll=_roll(roll, objective), mode=mode)
+            result = singularity_map(
+                chosen, surface, quantity=quantity, roll=policy, mode=mode, rolls=rolls or ROLLS, progress=advance
+            )
     if as_json:
         _print_json(json_of.map_json(result))
     else:
@@ -347,7 +358,7 @@ def singularity(
         _print_json(json_of.singularity_json(result))
     else:
         tables.print_singularity(result)
-    _draw(result.singularity, figure, overwrite)
+    _draw(result, figure, overwrite)
 
 
 @app.command()
@@ -402,17 +413,18 @@ def _pose_angles(azimuth: str | None, tilt: str | None, roll: str | None) -> tup
 def _frame(machine: Machine, position: str | None, azimuth: str | None, tilt: str | None, roll: str | None) -> Frame:
     """The platform frame that options choose; what they leave open is as at home."""
     from trivet.space.pose import zyz_frame
+    from trivet.study.machines import pose_numbers
 
-    home, place = machine.home, o.triple("--position", position, "length", "m")
-    given = zip(_pose_angles(azimuth, tilt, roll), (home.azimuth, home.tilt, home.roll), strict=True)
-    return zyz_frame(home.position if place is None else place, *(h if g is None else g for g, h in given))
+    place = o.triple("--position", position, "length", "m")
+    place, angles = pose_numbers(machine, place, *_pose_angles(azimuth, tilt, roll))
+    return zyz_frame(place, *angles)
 
 
-def _roll(text: str | None, objective: str) -> str | float:
+def _roll(text: str | None, objective: str | None) -> str | float:
     """A policy for the roll as `singularity_map` takes it."""
     if text is None or text == "best":
-        return f"best {objective}"
-    if text == "-alpha":
+        return f"best {objective or 'K_xx'}"
+    if text == "-alpha" or text.startswith("best "):
         return text
     return o.quantity("--roll", text, "angle", "rad") or 0.0
 
@@ -428,8 +440,9 @@ def _free_to_write(figures: list[str] | None, data: str | None, overwrite: bool)
     if data is not None and not data.endswith(".nc"):
         raise InputError(f'--data "{data}": a NetCDF file ends in .nc')
     paths = [*(figures or []), *([data] if data is not None else [])]
-    for path in paths:
-        if paths.count(path) > 1:
+    places = [os.path.realpath(path) for path in paths]
+    for path, place in zip(paths, places, strict=True):
+        if places.count(place) > 1:
             raise InputError(f"{path}: given twice")
         check_writable(path, overwrite=overwrite)
 

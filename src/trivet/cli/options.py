@@ -67,9 +67,11 @@ Azimuth = Annotated[str | None, typer.Option("--azimuth", help="Direction alpha 
 Tilt = Annotated[str | None, typer.Option("--tilt", help="Tilt beta of the platform normal.")]
 Roll = Annotated[str | None, typer.Option("--roll", help="Roll gamma about the platform normal.")]
 Anyway = Annotated[bool, typer.Option("--anyway", help="Go on although a joint is outside its travel.")]
-Objective = Annotated[str, typer.Option("--objective", help="What the roll maximises: K_xx, 1/C_zz, K_rx, 'K(1,0,1)', …")]
+OBJECTIVE = typer.Option("--objective", help="What the roll maximises: K_xx, 1/C_zz, K_rx, 'K(1,0,1)', …")
+Objective = Annotated[str, OBJECTIVE]
 Steps = Annotated[int, typer.Option("--steps", help="Lattice steps from pole to rim; 10 gives the paper's 317 points.")]
-Rolls = Annotated[int, typer.Option("--rolls", help="Rolls of the first grid.")]
+ROLLS = typer.Option("--rolls", help="Rolls of the first grid.")
+Rolls = Annotated[int, ROLLS]
 Radius = Annotated[str | None, typer.Option("--radius", help="Radius of the hemisphere; the machine's workpiece by default.")]
 Height = Annotated[
     str | None, typer.Option("--height", help="Height of its centre above {O}; the machine's workpiece by default.")

@@ -14,8 +14,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from trivet.kinematics.jacobian import inverse_jacobian
-from trivet.kinematics.report import JointState, joint_state, travel_excess
+from trivet.kinematics.report import JointState, joint_elements, joint_state, travel_excess
 from trivet.model import Machine
+from trivet.model.elements import Prismatic
 from trivet.space.frame import Angle, Frame
 from trivet.space.pose import between
 from trivet.space.scalar import Scalar
@@ -28,7 +29,7 @@ STEPS = 128
 DETOURS = 24
 """Ways over a random pose between the ends, tried in a fixed order after the straight one."""
 JUMP = 0.5
-"""Step of an angular joint (rad) above which it has jumped: the platform joint went through the axis of its guide."""
+"""Step of a joint (rad, or in units of the machine's size) above which it has jumped from one branch to another."""
 
 
 def _looked_at(machine: Machine, pose: Frame, signs: Scalar) -> tuple[Scalar, ...]:
@@ -85,7 +86,7 @@ class _Way(NamedTuple):
     side: Any
     """Sign of det J^-1.  It does not depend on how the constraints are written."""
     step: Any
-    """Greatest step of a joint to the next pose, rad or m."""
+    """Greatest step of a joint to the next pose, rad or in units of the machine's size."""
 
     @property
     def is_clear(self) -> bool:
@@ -97,5 +98,9 @@ def _travelled(machine: Machine, way: Frame, signs: Any) -> _Way:
     *joints, determinant = (np.asarray(a) for a in _look(jax.tree.map(jnp.asarray, machine), way, jnp.asarray(signs)))
     state = JointState(*joints)
     inside = np.all(state.reach >= 0, axis=1) & np.all(travel_excess(state) <= 0, axis=1)
+    slides = np.array([isinstance(e, Prismatic) for e in joint_elements(machine)])
     steps = np.abs(np.diff(state.coordinate, axis=0))
-    return _Way(inside, np.sign(determinant), np.minimum(steps, np.abs(steps - 2 * math.pi)).max(axis=1))
+    turns = np.minimum(steps, np.abs(steps - 2 * math.pi))
+    # A slide that jumps does so by far more than the platform moves.
+    size = max(float(np.abs(np.stack(way.origin)).max()), float(machine.characteristic_length))
+    return _Way(inside, np.sign(determinant), np.where(slides, steps / size, turns).max(axis=1))

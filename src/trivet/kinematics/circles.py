@@ -45,6 +45,10 @@ VANISHING = 1e-13
 """Coefficients below this, relative to what they are made of, are zero: axes are parallel within 6e-7 rad."""
 
 
+COINCIDENT = 1e-7
+"""A distance below this, relative to lengths of the problem, leaves the platform's turn to rounding."""
+
+
 class Circles(NamedTuple):
     """Circles of n problems, with a point at centre + cos(phi) cosine + sin(phi) sine."""
 
@@ -204,7 +208,7 @@ def _expected(circles: Circles, pairs: Pairs) -> tuple[Array, Array]:
     scale = np.maximum(radius.max(axis=1), circles.distance.max(axis=1)) + np.ptp(circles.centre, axis=1).max(axis=1)
     status = np.full(count, int(Status.INCOMPLETE))
     status[coaxial.sum(axis=0) > 1] = Status.COAXIAL
-    status[circles.distance.min(axis=1) <= VANISHING * scale] = Status.NO_TRIANGLE
+    status[circles.distance.min(axis=1) <= COINCIDENT * scale] = Status.NO_TRIANGLE
     status[radius.min(axis=1) <= VANISHING * scale] = Status.NO_CIRCLE
     return expected, status
 

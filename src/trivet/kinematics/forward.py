@@ -33,8 +33,10 @@ from trivet.space.frame import Frame
 from trivet.space.pose import zyz_angles
 from trivet.space.scalar import Scalar
 
-MOST = 16
-"""Assembly modes of a machine of three circles, complex ones included."""
+LARGEST = 1e3
+"""Drive coordinate (m or rad) from which on digits that matter are lost."""
+LOOSE = 1e-6
+"""Deviation of the drives (m or rad) at a pose above which it is no solution."""
 
 DEGENERATE = {
     Status.NO_CIRCLE: "a circle on which a ball moves has no radius, so that a hinge can take any angle",
@@ -142,8 +144,8 @@ def drive_elements(machine: Machine) -> list[Drivable]:
 
 def _check_drive(name: str, element: Drivable, value: float, anyway: bool) -> None:
     unit, scale = ("mm", 1e3) if isinstance(element, Prismatic) else ("deg", math.degrees(1))
-    if not math.isfinite(value):
-        raise InputError(f"drive {name}: {value} is not a finite number")
+    if not abs(value) < LARGEST:
+        raise InputError(f"drive {name}: {value:g} m or rad; expected a number below {LARGEST:g}")
     if element.travel is None or anyway:
         return
     low, high = element.travel
@@ -179,6 +181,11 @@ def assembly_modes(machine: Machine, values: NDArray[Any]) -> Forward:
         )
     poses = jax.tree.map(lambda c: c[0], frames_at(machine, values[None], np.real(solutions.angle)))
     modes = _labelled(machine, circles, solutions, rows, poses, values)
+    worst = max(modes, key=lambda mode: mode.residual)
+    if not worst.residual < LOOSE and solutions.multiplicity[0].max() == 1:
+        raise NoResultError(
+            f"{machine.name}: its drives deviate by {worst.residual:.2g} m or rad at a pose found; too unequal dimensions"
+        )
     return Forward(machine, _named(machine, values), _sorted(modes), expected, found, DEGENERATE.get(status, ""))
 
 
@@ -196,11 +203,7 @@ def nearest_pose(machine: Machine, values: NDArray[Any], start: Frame, signs: An
     """
     found = approach(machine, values, start, signs)
     miss = shortfall(machine, joint_state_once(machine, found.frame, signs))
-    verdict: Verdict = "unknown"
-    if miss is not None:
-        verdict = "apart"
-    elif signs is not None:
-        verdict = connected(machine, home_pose(machine), found.frame, signs)
+    verdict = _from_home(machine, found.frame, signs, miss)
     mode = AssemblyMode(found.frame, {}, mode_text(machine, signs), miss, None, verdict, 1, found.residual, math.nan)
     remark = f"found from a starting pose, its chains closed to {found.gap * 1e3:.1g} mm; there may be other poses"
     return Forward(machine, _named(machine, values), (mode,), None, 1, remark)
@@ -217,19 +220,25 @@ def _labelled(
     states = JointState(*(np.asarray(a) for a in _states(_arrays(machine), poses, signs)))
     angles = np.real(solutions.angle[0])
     mirrors = _mirrors(circles, angles, rows)
-    home, home_signs = home_pose(machine), parse_mode(machine)
     names = [f"{leg.name}.{leg.chain.elements[hinge_place(leg)].name}" for leg in machine.legs]
     found = []
     for row, mirror in zip(rows, mirrors, strict=True):
         frame = jax.tree.map(lambda c, row=row: float(c[row]), poses)
         miss = shortfall(machine, states, int(row))
-        verdict: Verdict = "apart"
-        if miss is None and np.array_equal(signs[row], home_signs):
-            verdict = connected(machine, home, frame, home_signs)
+        verdict = _from_home(machine, frame, signs[row], miss)
         hinges = dict(zip(names, angles[row].tolist(), strict=True))
         exact = int(solutions.multiplicity[0, row]), float(residual[row]), float(solutions.error[0, row])
         found.append(AssemblyMode(frame, hinges, mode_text(machine, signs[row]), miss, mirror, verdict, *exact))
     return found
+
+
+def _from_home(machine: Machine, frame: Frame, signs: Any, miss: Shortfall | None) -> Verdict:
+    """Whether a pose in a working mode (None: not known by name) is connected to the home pose in its own."""
+    if miss is not None:
+        return "apart"
+    if signs is None:
+        return "unknown"
+    return connected(machine, home_pose(machine), frame, signs) if np.array_equal(signs, parse_mode(machine)) else "apart"
 
 
 def _sorted(modes: list[AssemblyMode]) -> tuple[AssemblyMode, ...]:

@@ -42,11 +42,11 @@ def require_six_freedoms(machine: Machine) -> None:
 def _require_six(leg: Leg) -> None:
     joints = leg.chain.elements
     count = sum(len(e.unknowns) for e in joints)
-    drives = ", ".join(e.name for e in joints if isinstance(e, Drivable) and e.actuated)
+    drives = ", ".join(e.name for e in joints if isinstance(e, Drivable) and e.is_driven)
     if count > 6:
         raise InputError(
             f"chains.{leg.name}: has {count} freedoms, {count - 6} more than the platform; "
-            f"lock {count - 6} of its drives {drives}, as in --lock {leg.name}.{drives.split(', ')[0]}=VALUE"
+            f"lock {count - 6} of its drives {drives}"
         )
     if count < 6:
         raise InputError(

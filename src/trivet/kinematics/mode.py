@@ -33,7 +33,7 @@ def parse_mode(machine: Machine, text: str | None = None) -> Any:
         if text is not None and text.strip():
             return closed_form_signs(machine, text)
         return None
-    written = text if text is not None else machine.home.mode
+    written = text if text is not None and text.strip() else machine.home.mode
     counts = [len(branches(leg)) for leg in machine.legs]
     example = " ".join("+" * n for n in counts)
     if not written.strip():

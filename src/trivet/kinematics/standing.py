@@ -45,7 +45,8 @@ def postures(machine: Machine, pose: Frame, signs: Any) -> tuple[Posture, ...]:
     """
     if signs is None:
         return tuple(posture_of(leg, pose, c) for leg, c in zip(machine.legs, close_machine(machine, pose), strict=True))
-    return tuple(inverse(leg, pose, signs[index]) for index, leg in enumerate(machine.legs))
+    with np.errstate(all="ignore"):  # what does not reach is told by `reach`, of plain numbers as of traced ones
+        return tuple(inverse(leg, pose, signs[index]) for index, leg in enumerate(machine.legs))
 
 
 def stand(machine: Machine, pose: Frame, signs: Any) -> tuple[Standing, ...]:

@@ -14,6 +14,7 @@ import numpy as np
 
 from trivet.errors import InputError
 from trivet.kinematics.inverse import inverse
+from trivet.kinematics.jacobian import actuator_names
 from trivet.kinematics.locked import balls_first, by_leg, circle_of, hinge_place, placed, triangle
 from trivet.model import Machine
 from trivet.space.frame import Angle, Frame
@@ -114,6 +115,7 @@ def track(machine: Machine, values: Any, angles: Any) -> Tracked:
     """
     balls_first(machine)
     values, angles = jnp.asarray(values), jnp.asarray(angles)
-    if values.ndim != 2 or angles.shape != (values.shape[0], 3):
-        raise InputError(f"values {values.shape} and angles {angles.shape}: expected (n, drives) and (n, 3)")
+    drives = len(actuator_names(machine))
+    if values.ndim != 2 or values.shape[1] != drives or angles.shape != (values.shape[0], 3):
+        raise InputError(f"values {values.shape} and angles {angles.shape}: expected (n, {drives}) and (n, 3)")
     return Tracked(*_track(jax.tree.map(jnp.asarray, machine), values, angles))

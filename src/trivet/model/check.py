@@ -110,10 +110,14 @@ def _check_walk(path: str, chain: Chain) -> None:
 
 
 def _check_travel(path: str, element: Element) -> None:
-    travel = getattr(element, "travel", None)
+    travel, locked = getattr(element, "travel", None), getattr(element, "locked", None)
     if travel is None:
         return
     low, high = travel
+    by_angle = not isinstance(element, Revolute) or element.measure == "angle"
+    if locked is not None and by_angle and not low <= locked <= high:
+        written = _mm if isinstance(element, Prismatic) else _deg
+        raise InputError(f"{path}.locked: {written(locked)} is outside its travel, {written(low)} to {written(high)}")
     if low >= high:
         written = _mm if isinstance(element, Prismatic) else _deg
         raise InputError(f"{path}.travel: runs from {written(low)} to {written(high)}; write the lower limit first")

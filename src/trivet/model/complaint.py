@@ -94,7 +94,7 @@ def _fields_at(document: Any, keys: tuple[Key, ...]) -> set[str]:
         else:
             kind = typing.get_args(kind)[-1 if isinstance(key, str) else 0]
         kind = _pick(kind, document)
-    return set(typing.get_type_hints(kind)) - {"__pydantic_config__", "notes"} if _is_table(kind) else set()
+    return set(kind.__dataclass_fields__) - {"notes"} if _is_table(kind) else set()
 
 
 def _is_table(kind: Any) -> bool:

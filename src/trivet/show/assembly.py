@@ -44,7 +44,7 @@ def draw_assembly(result: Forward, path: str | os.PathLike[str], *, overwrite: b
 def _lines(result: Forward, mode: AssemblyMode) -> list[NDArray[Any]]:
     """Polylines (n, 3) in mm: one per chain, and the closed outline of the platform last."""
     found = []
-    for one in stand(result.machine, mode.frame, parse_mode(result.machine, mode.mode or None)):
+    for one in stand(result.machine, mode.frame, parse_mode(result.machine, mode.mode)):
         tip = mode.frame.shift(one.leg.platform_frame().origin).origin
         # A circular guide starts in the middle of its circle, where nothing of it is.
         starts = [frame.origin for element, frame, _ in one.steps if not isinstance(element, Curvilinear)]

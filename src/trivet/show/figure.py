@@ -7,7 +7,6 @@ from functools import singledispatch
 from typing import Any
 
 from trivet.kinematics.forward import Forward
-from trivet.kinematics.singularity import Singularity
 from trivet.model import Machine
 from trivet.show.assembly import draw_assembly
 from trivet.show.comparison import draw_comparison
@@ -16,23 +15,25 @@ from trivet.show.maps import draw_map
 from trivet.show.singularity import draw_singularities
 from trivet.study.comparison import Comparison
 from trivet.study.pose import PoseReport
+from trivet.study.singularity import SingularityReport
 from trivet.study.singularity_map import SingularityMap
 from trivet.study.stiffness_map import StiffnessMap
 
 
 @singledispatch
 def figure(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-    """Draw a machine, a pose, a stiffness or singularity map, or a comparison.
+    """Draw a machine, a pose, assembly modes, singularities, a map or a comparison.
 
     Args:
-        result: a Machine (at home), or what `pose`, `singularity`, `stiffness_map`, `singularity_map` or `compare` gave.
+        result: a Machine (at home), or what `pose`, `forward`, `singularity_report`, `stiffness_map`, `singularity_map`
+            or `compare` gave.
         path: file to write; .png is a picture, .html a page that needs no network.
         overwrite: whether the file may be replaced.
 
     Raises:
         InputError: for another suffix, a file that exists unasked or that cannot be written.
     """
-    raise TypeError(f"no figure of a {type(result).__name__}; machines, poses, maps and comparisons can be drawn")
+    raise TypeError(f"no figure of a {type(result).__name__}; machines and what trivet's functions give can be drawn")
 
 
 @figure.register
@@ -57,18 +58,19 @@ def _(result: StiffnessMap, path: str | os.PathLike[str], *, overwrite: bool = F
 
 
 @figure.register
-def _(result: Singularity, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-    moves = "moves along the arrow" if result.motion.point is None else "turns about the arrow"
-    status = [f"Type 1: {', '.join(drive.name for drive in result.faults)} moves without the platform"] if result.faults else []
-    if result.type != 1:
-        status.append(f"{'Type 2: with all drives held' if result.type else 'least controlled:'} the platform {moves}")
+def _(result: SingularityReport, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    found = result.singularity
+    moves = "moves along the arrow" if found.motion.point is None else "turns about the arrow"
+    status = [f"Type 1: {', '.join(drive.name for drive in found.faults)} moves without the platform"] if found.faults else []
+    if found.type != 1:
+        status.append(f"{'Type 2: with all drives held' if found.type else 'least controlled:'} the platform {moves}")
     draw(
-        result.machine,
-        result.frame,
-        result.mode,
+        found.machine,
+        found.frame,
+        found.mode,
         path=path,
         status="; ".join(status),
-        motion=result.motion,
+        motion=found.motion,
         overwrite=overwrite,
     )
 

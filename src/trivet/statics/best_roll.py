@@ -27,6 +27,8 @@ from trivet.space.vector import Vec
 from trivet.statics.compliance import platform_stiffness, platform_stiffness_by_copies
 from trivet.statics.objective import Objective
 
+ROLLS = 360
+"""Rolls of the first grid, unless said otherwise."""
 POINTS_PER_CHUNK = 320
 """Fixed, so that every surface uses the same compiled kernel; the paper's 317 points fill one chunk."""
 HILLS = 6
@@ -106,7 +108,7 @@ def best_roll(
     surface: Surface,
     signs: Any,
     scalar: Objective,
-    rolls: int = 360,
+    rolls: int = ROLLS,
     progress: Callable[[int], None] = lambda points: None,
 ) -> BestRoll:
     """The roll which maximises a scalar of the stiffness at every point of a surface.

@@ -16,6 +16,9 @@ from trivet.model import Machine
 from trivet.space.frame import Frame
 from trivet.study.machines import MachineLike, choose, coordinate, parse_settings
 
+FREEDOMS = 6
+"""Freedoms of a platform in space."""
+
 
 def parse_drives(machine: Machine, listed: str | None, single: Iterable[str]) -> dict[str, float]:
     """Drive coordinates as written, by name, m and rad.
@@ -34,12 +37,12 @@ def parse_drives(machine: Machine, listed: str | None, single: Iterable[str]) ->
         texts = listed.split(",")
         if len(texts) != len(elements):
             raise InputError(
-                f"--drives: {len(texts)} values, but {machine.name} has {len(elements)} drives: {', '.join(elements)}"
+                f"drives: {len(texts)} values, but {machine.name} has {len(elements)} drives: {', '.join(elements)}"
             )
         found = {name: coordinate(name, e, text) for (name, e), text in zip(elements.items(), texts, strict=True)}
     for name, text in parse_settings(single).items():
         if name not in elements:
-            raise InputError(f"--drive {name}: {machine.name} has no such drive{nearest(name, elements)}")
+            raise InputError(f"drive {name}: {machine.name} has no such drive{nearest(name, elements)}")
         found[name] = coordinate(name, elements[name], text)
     return found
 
@@ -70,9 +73,13 @@ def forward(
     """
     chosen = choose(machine)
     require_six_freedoms(chosen)
+    drives_of = actuator_names(chosen)
+    if len(drives_of) != FREEDOMS:
+        remedy = f"lock {len(drives_of) - FREEDOMS}" if len(drives_of) > FREEDOMS else f"drive {FREEDOMS - len(drives_of)} more"
+        raise InputError(f"{chosen.name}: has {len(drives_of)} drives, but the platform six freedoms; {remedy} of its joints")
     signs = parse_mode(chosen, mode)
     begin = home_pose(chosen) if start is None else start
-    if not drives:
+    if len(drives) == 0:
         drives = drive_coordinates(chosen, begin, signs)
     elif isinstance(drives, Mapping):
         drives = drive_coordinates(chosen, begin, signs) | dict(drives)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from pydantic_core import PydanticCustomError
 
@@ -14,6 +15,9 @@ from trivet.model.elements import Drivable, Prismatic
 from trivet.model.quantity import Quantity
 
 MachineLike = Machine | str | os.PathLike[str]
+
+LARGEST_ANGLE = 1e4
+"""Angle (rad) of a pose above which its sine loses digits that matter."""
 
 _ROTATIONAL = Quantity("rotational stiffness", "N m/rad", "N m/rad", positive=True)
 
@@ -63,7 +67,11 @@ def locked(machine: Machine, pairs: Iterable[str]) -> Machine:
         if name not in joints:
             raise InputError(f"lock {name}: {machine.name} has no such joint{nearest(name, joints)}")
         locks[name] = coordinate(f"lock {name}", joints[name], text)
-    return machine.with_locks(locks) if locks else machine
+    if not locks:
+        return machine
+    held = machine.with_locks(locks)
+    check(held)
+    return held
 
 
 def coordinate(label: str, joint: Drivable, text: str) -> float:
@@ -104,3 +112,27 @@ def switched(
         machine = machine.with_theory("timoshenko" if shear else "euler-bernoulli")
     check(machine)
     return machine
+
+
+def pose_numbers(
+    machine: Machine,
+    position: Sequence[float] | None = None,
+    azimuth: float | None = None,
+    tilt: float | None = None,
+    roll: float | None = None,
+) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Platform centre in {O} (m) and alpha, beta, gamma (rad) of a pose; what is not given is as at home.
+
+    Raises:
+        InputError: for numbers that are not finite, or angles of many turns.
+    """
+    home = machine.home
+    x, y, z, *more = (float(v) for v in (home.position if position is None else position))
+    given = zip((azimuth, tilt, roll), (home.azimuth, home.tilt, home.roll), strict=True)
+    alpha, beta, gamma = (float(default if value is None else value) for value, default in given)
+    if more or not all(math.isfinite(v) for v in (x, y, z, alpha, beta, gamma)):
+        raise InputError("the pose needs three finite coordinates and three finite angles")
+    for angle in (alpha, beta, gamma):
+        if abs(angle) > LARGEST_ANGLE:
+            raise InputError(f"the pose has an angle of {angle:g} rad; give it within a few turns")
+    return (x, y, z), (alpha, beta, gamma)

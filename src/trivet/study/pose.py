@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,11 +24,9 @@ from trivet.statics.load import LoadResult, load_case, masses
 from trivet.statics.objective import AXES, Objective, objective
 from trivet.statics.stiffness import stiffness
 from trivet.statics.structure import structural_stiffness
-from trivet.study.machines import MachineLike, choose
+from trivet.study.machines import MachineLike, choose, pose_numbers
 
 _NONE = (0.0, 0.0, 0.0)
-LARGEST_ANGLE = 1e4
-"""Angle (rad) of a pose above which its sine loses digits that matter."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +76,7 @@ class PoseReport:
     @property
     def signs(self) -> Any:
         """Signs of the working mode; None for a machine that is closed numerically."""
-        return parse_mode(self.machine, self.mode or None)
+        return parse_mode(self.machine, self.mode)
 
     @cached_property
     def stiffness(self) -> NDArray[Any]:
@@ -166,14 +163,7 @@ def pose(
         NoResultError: naming chain, joint, value and limit.
     """
     chosen = choose(machine)
-    home = chosen.home
-    place = tuple(float(v) for v in (home.position if position is None else position))
-    given = zip((azimuth, tilt, roll), (home.azimuth, home.tilt, home.roll), strict=True)
-    angles = tuple(float(default if value is None else value) for value, default in given)
-    if len(place) != 3 or not all(math.isfinite(v) for v in (*place, *angles)):
-        raise InputError("the pose needs three finite coordinates and three finite angles")
-    if max(abs(angle) for angle in angles) > LARGEST_ANGLE:
-        raise InputError(f"the pose has an angle of {max(angles, key=abs):g} rad; give it within a few turns")
+    place, angles = pose_numbers(chosen, position, azimuth, tilt, roll)
     require_six_freedoms(chosen)
     signs = parse_mode(chosen, mode)
     frame = zyz_frame(place, *angles)
@@ -181,4 +171,4 @@ def pose(
     miss = shortfall(chosen, state)
     if miss is not None and (strict or miss.joint is None):
         raise NoResultError(f"{chosen.name}: the pose is not reached: {miss.reason}")
-    return PoseReport(chosen, mode_text(chosen, signs), place, angles, frame, state, miss)  # type: ignore[arg-type]
+    return PoseReport(chosen, mode_text(chosen, signs), place, angles, frame, state, miss)

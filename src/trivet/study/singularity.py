@@ -45,7 +45,7 @@ class SingularityReport:
         """Input and output transmission indices (n_actuators,) in the order of Q; without a unit, between 0 and 1."""
         machine, frame = self.singularity.machine, self.singularity.frame
         one = Frame(*(Vec(*(np.array([float(c)]) for c in v)) for v in frame))
-        found = transmissions(machine, one, closed_form_signs(machine, self.singularity.mode or None))
+        found = transmissions(machine, one, closed_form_signs(machine, self.singularity.mode))
         return Transmission(np.asarray(found.input)[0], np.asarray(found.output)[0])
 
     @cached_property
@@ -66,6 +66,9 @@ class SingularityReport:
             ahead = self._tilted(azimuths[ways, None], middle[:, None])[:, 0] * self.singularity.determinants.j_x > 0
             low, high = np.where(ahead, middle, low), np.where(ahead, high, middle)
         nearest = int(low.argmin())
+        rest = self._tilted(azimuths[ways[nearest], None], low[nearest, None])
+        if abs(rest.item()) > 1e-6 * abs(self.singularity.determinants.j_x):
+            return TiltMargin(math.inf, math.nan)  # a jump from branch to branch, not a singularity
         return TiltMargin(float(high[nearest]), float(azimuths[ways[nearest]]))
 
     def _tilted(self, azimuth: NDArray[Any], angle: NDArray[Any]) -> NDArray[Any]:
@@ -75,7 +78,7 @@ class SingularityReport:
         shape = np.broadcast_shapes(azimuth.shape, angle.shape)
         turned = frame.turned_by(Turn(tilt.x, tilt.y, tilt.z))
         poses = jax.tree.map(lambda c: np.broadcast_to(np.asarray(c, dtype=float), shape).ravel(), turned)
-        signs = closed_form_signs(machine, self.singularity.mode or None)
+        signs = closed_form_signs(machine, self.singularity.mode)
         return np.asarray(conditions(machine, poses, signs).determinants.j_x).reshape(shape)
 
     @property

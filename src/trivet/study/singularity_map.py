@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from trivet.errors import InputError, NoResultError, nearest
 from trivet.kinematics.inverse import inverse
 from trivet.kinematics.jacobian import actuators, is_angular
-from trivet.kinematics.mode import closed_form_signs, mode_text
+from trivet.kinematics.mode import closed_form_signs, mode_text, mode_words
 from trivet.kinematics.singularity import Condition, conditions, in_batches
 from trivet.kinematics.transmission import Transmission, transmissions
 from trivet.kinematics.travel import within
@@ -25,7 +25,7 @@ from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
 from trivet.space.scalar import Scalar
 from trivet.space.surface import Surface
-from trivet.statics.best_roll import best_roll
+from trivet.statics.best_roll import ROLLS, best_roll
 from trivet.statics.objective import objective
 from trivet.study.machines import MachineLike, choose
 from trivet.study.stiffness_map import surface_of
@@ -116,12 +116,14 @@ class SingularityMap:
         return f"m^{power}" if chosen.startswith("1/det") and power else ""
 
 
-def roll_policy(roll: str | float) -> RollPolicy:
+def roll_policy(roll: str | float, rolls: int = ROLLS, progress: Callable[[int], None] = lambda points: None) -> RollPolicy:
     """Read a policy for the roll.
 
     Args:
         roll: an angle (rad) for a fixed roll; "-alpha" for a roll against the azimuth, so that the platform leans without
             spinning; "best K_xx" (or any other objective) for the roll of greatest stiffness.
+        rolls: rolls of the first grid of a best roll.
+        progress: called with the number of points done of a best roll.
 
     Raises:
         InputError: for anything else.
@@ -138,7 +140,11 @@ def roll_policy(roll: str | float) -> RollPolicy:
             f'roll "{roll}" is not known: an angle, -alpha or best OBJECTIVE{nearest(roll, ("-alpha", "best K_xx"))}'
         )
     scalar = objective(name or "K_xx")
-    return RollPolicy(f"best {scalar.name}", lambda machine, surface, signs: best_roll(machine, surface, signs, scalar).roll)
+
+    def choose_best(machine: Machine, surface: Surface, signs: Any) -> Array:
+        return best_roll(machine, surface, signs, scalar, rolls, progress).roll
+
+    return RollPolicy(f"best {scalar.name}", choose_best)
 
 
 def singularity_map(
@@ -148,6 +154,8 @@ def singularity_map(
     quantity: str = "sigma_min",
     roll: str | float = "best K_xx",
     mode: str | None = None,
+    rolls: int = ROLLS,
+    progress: Callable[[int], None] = lambda points: None,
 ) -> SingularityMap:
     """Singularities over a surface (paper Fig 4).
 
@@ -158,6 +166,8 @@ def singularity_map(
         quantity: what a picture of the map shows, one of QUANTITIES.
         roll: policy for the roll, see `roll_policy`.
         mode: working mode; the machine's own when not given.
+        rolls: rolls of the first grid of a best roll.
+        progress: called with the number of points done of a best roll.
 
     Raises:
         InputError: for an unknown quantity or policy, a machine that is redundant or has a chain without closed form.
@@ -167,14 +177,14 @@ def singularity_map(
         raise InputError(f"quantity '{quantity}' is not known{nearest(quantity, QUANTITIES)}")
     machine = choose(machine)
     surface = surface if surface is not None else surface_of(machine)
-    policy, signs = roll_policy(roll), closed_form_signs(machine, mode)
-    rolls = policy.choose(machine, surface, signs)
-    poses = _poses(surface, rolls)
+    policy, signs = roll_policy(roll, rolls, progress), closed_form_signs(machine, mode)
+    gamma = policy.choose(machine, surface, signs)
+    poses = _poses(surface, gamma)
     found = conditions(machine, poses, signs)
-    used = np.isfinite(rolls) & in_batches(_within, machine, poses, signs)
+    used = np.isfinite(gamma) & in_batches(_within, machine, poses, signs)
     if not used.any():
         raise NoResultError(
-            f"{machine.name}: no point of the {surface.name} is reached in mode {mode_text(machine, signs)} "
+            f"{machine.name}: no point of the {surface.name} is reached, {mode_words(mode_text(machine, signs))}, "
             f"with the roll {policy.name}"
         )
     det = np.where(used, found.determinants.j_x, np.nan)
@@ -186,7 +196,7 @@ def singularity_map(
         surface,
         quantity,
         policy.name,
-        np.where(used, rolls, np.nan),
+        np.where(used, gamma, np.nan),
         found,
         transmissions(machine, poses, signs),
         curves,

@@ -1,6 +1,7 @@
 """Foot: two slides in the base plane, a ball, a link, a hinge on the platform (the legs of Tahmasebi's machine).
 
-The link turns about the platform's hinge until its foot lies in the base plane.  Elbow +: the foot is outwards of the hinge.
+The link turns about the platform's hinge until its foot lies in the base plane.  Elbow +: at small tilts the foot is outwards
+of the hinge; the two feet change places where the hinge is vertical, or the link cannot reach the plane.
 """
 
 from __future__ import annotations
@@ -48,14 +49,16 @@ def stand(leg: Leg, pose: Frame, signs: Scalar) -> Posture:
     joint = pose.place(leg.platform_frame())
     tip = Frame(_seen(base, joint.origin - base.origin), *(_seen(base, v) for v in joint[1:]))
     pin = tip.direction(hinge.axis)
-    # Of the directions across the pin: the one that rises most, and the level one which points outwards on the platform.
-    level = _towards(pin.cross(Z), tip.x)
+    # Of the directions across the pin: a level one, outwards on a platform that lies level, and the one that rises most.  The
+    # sense of the first is fixed in the platform: chosen by where it points, the branches would change places as it tilts.
+    across = pin.cross(Z)
+    level = across / jnp.sqrt(across @ across)
     steepest = level.cross(pin)
-    steepest = steepest * jnp.where(steepest.z < 0, -1.0, 1.0)
     rise = steepest.z  # sine of its elevation
+    side = mul(signs[ELBOW], -1 if hinge.axis[1] < 0 else 1)
     up = tip.origin.z / rise
     reach = link.length * link.length - up * up
-    along = (steepest * up - level * mul(signs[ELBOW], jnp.sqrt(reach))) / link.length
+    along = (steepest * up - level * mul(side, jnp.sqrt(reach))) / link.length
     foot = tip.origin - along * link.length
     other = pin.cross(along)
     before = tip.direction(link.axis)
@@ -72,8 +75,3 @@ def stand(leg: Leg, pose: Frame, signs: Scalar) -> Posture:
 def _seen(base: Frame, v: Vec) -> Vec:
     """A vector in the axes of the base, which are turned about z."""
     return Vec(v @ base.x, v @ base.y, v.z)
-
-
-def _towards(v: Vec, outwards: Vec) -> Vec:
-    """The unit vector along v or against it, whichever has a positive part along `outwards`."""
-    return v / (jnp.sqrt(v @ v) * jnp.where(v @ outwards < 0, -1.0, 1.0))
