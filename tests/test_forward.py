@@ -252,6 +252,33 @@ def test_another_working_mode_is_apart_from_home() -> None:
     assert all(mode.home == "apart" for mode in other if mode.mode == "+- ++ ++")
 
 
+def test_feet_keep_their_branch_through_a_right_angle_of_tilt() -> None:
+    """A branch is continuous where det J_x is not zero: the drives move by little from 89.9 to 90.1 deg."""
+    tested, signs = load("tahmasebi"), parse_mode(load("tahmasebi"))
+    before, after = (
+        np.array(
+            list(
+                drive_coordinates(
+                    tested, zyz_frame((0.0431, 0.0073, 0.0729), math.radians(-179), tilt, math.pi), signs
+                ).values()
+            )
+        )
+        for tilt in (math.radians(89.9), math.radians(90.1))
+    )
+    assert np.abs(before - after).max() < 1e-3
+
+
+def test_machines_with_other_numbers_of_drives_are_refused() -> None:
+    document = trivet.model.document_of(load("azulay"))
+    document["chains"]["leg"]["copies"] = 2
+    with pytest.raises(InputError, match="has 4 drives, but the platform six freedoms; drive 2 more"):
+        trivet.forward(trivet.parse(document))
+    with pytest.raises(NoResultError, match="two platform joints coincide"):
+        trivet.forward(load("azulay", {"platform_joint.radius": "1e-9 m"}))
+    with pytest.raises(InputError, match=r"locked: 999 deg is outside its travel"):
+        load("rmmt", {"chains.leg.elements.guide.locked": "999 deg"})
+
+
 def test_degenerate_inputs_are_said() -> None:
     with pytest.raises(NoResultError, match="no pose has these drive coordinates"):
         trivet.forward("alizade", {"leg-1.telescope": 0.02, "leg-2.telescope": 0.02}, anyway=True)
