@@ -82,6 +82,7 @@ def pose_json(report: PoseReport, load: Any = None) -> dict[str, Any]:
                 f"high_{j.unit}": finite(j.high),
                 "inside": j.inside,
                 "actuated": j.actuated,
+                "locked": j.locked,
             }
             for j in report.joints
         ],
@@ -264,10 +265,10 @@ def singularity_json(report: SingularityReport) -> dict[str, Any]:
             "point_m": None if motion.point is None else finite(motion.point),
             "pitch_m_per_rad": finite(motion.pitch),
         },
-        "distance_m": finite(far.length),
-        "shift_to_singularity_m": finite(far.shift),
-        "distance_rad": finite(far.angle),
-        "tilt_to_singularity_rad": finite(far.tilt),
+        "distance_m": finite(far.length) if far.length < 1 else None,
+        "shift_to_singularity_m": finite(far.shift) if far.length < 1 else None,
+        "distance_rad": finite(far.angle) if far.angle < math.pi else None,
+        "tilt_to_singularity_rad": finite(far.tilt) if far.angle < math.pi else None,
         "tilt_margin_rad": finite(report.tilt_margin.angle),
         "tilt_margin_azimuth_rad": finite(report.tilt_margin.azimuth),
         "drives": [

@@ -23,9 +23,9 @@ AXES = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def _console() -> Console:
-    # A pipe gets whole lines, not a terminal's width of them.
+    # A pipe gets whole lines, not a terminal's width of them; a narrow terminal breaks lines, which is better than cut numbers.
     console = Console(highlight=False, soft_wrap=False)
-    return console if console.is_terminal else Console(highlight=False, width=160)
+    return Console(highlight=False, width=max(console.width, 110) if console.is_terminal else 160)
 
 
 def _table(title: str, *columns: str, left: int = 1) -> Table:
@@ -134,7 +134,8 @@ def print_pose(report: PoseReport, load: Any = None) -> None:
         unit, scale = ("mm", 1e3) if j.unit == "m" else ("°", math.degrees(1))
         limits = [f"{v * scale:.4g} {unit}" if math.isfinite(v) else "" for v in (j.low, j.high)]
         limited = f"{j.limited * scale:.4f} {unit}" if limits[0] else ""
-        words = " ".join(w for w in ("actuated" if j.actuated else "", "" if j.inside else "OUTSIDE") if w)
+        kind = "actuated" if j.actuated else "locked" if j.locked else ""
+        words = " ".join(w for w in (kind, "" if j.inside else "OUTSIDE") if w)
         joints.add_row(j.name, f"{j.coordinate * scale:.4f} {unit}", limited, *limits, words)
     _print(joints)
     stiffness = _table("stiffness at the platform centre in {O} (forces in N, moments in N m, per m and rad)", "", *AXES)
@@ -184,7 +185,9 @@ def print_forward(result: Forward) -> None:
 
     drives = _table(f"{result.machine.name}: drives", "drive", "coordinate")
     for (name, value), element in zip(result.drives.items(), drive_elements(result.machine), strict=True):
-        text = f"{value * 1e3:.6g} mm" if isinstance(element, Prismatic) else f"{math.degrees(value):.6g}°"
+        text = (
+            f"{_plain_number(value * 1e3)} mm" if isinstance(element, Prismatic) else f"{_plain_number(math.degrees(value))}°"
+        )
         drives.add_row(name, text)
     columns = ("", "mode", "x mm", "y mm", "z mm", "α °", "β °", "γ °", "mirror", "home", "joints")
     poses = _table("poses with these drive coordinates", *columns, left=2)
@@ -192,7 +195,7 @@ def print_forward(result: Forward) -> None:
         place = (_number(v * 1e3) for v in pose.position)
         angles = (_number(math.degrees(v)) for v in pose.angles)
         twin = "" if pose.mirror is None else f"{pose.mirror + 1}" + (" (itself)" if pose.mirror + 1 == k else "")
-        joints = "inside" if pose.miss is None else pose.miss.reason
+        joints = "inside" if pose.miss is None else f"{pose.miss.chain}.{pose.miss.joint} outside"
         number = f"{k}" if pose.multiplicity == 1 else f"{k} (double)"
         poses.add_row(number, pose.mode, *place, *angles, twin, pose.home, joints)
     if result.expected is not None:
@@ -248,7 +251,7 @@ def _first_order(value: float, unit: str, most: float) -> str:
 def _tilt_margin(report: SingularityReport) -> str:
     margin = report.tilt_margin
     if not math.isfinite(margin.angle):
-        return "none up to 90°"
+        return "none up to 90° and as far as the chains reach"
     return f"{math.degrees(margin.angle):.4f}° towards {math.degrees(margin.azimuth):g}° from x of {{E}}"
 
 
@@ -279,6 +282,11 @@ def _print_singularities(result: SingularityMap) -> None:
 def _number(value: float) -> str:
     """Four decimals, without a negative zero."""
     return f"{round(value, 4) + 0.0:.4f}"
+
+
+def _plain_number(value: float) -> str:
+    """Six digits, without what is rounding beside a unit."""
+    return f"{round(value, 9) + 0.0:.6g}"
 
 
 def print_map(result: StiffnessMap | SingularityMap) -> None:

@@ -22,13 +22,12 @@ from trivet.files import replacing
 from trivet.interop.inertia import Bar, RigidMass, bar_of, element_mass, platform_mass, together
 from trivet.kinematics.jacobian import actuator_names
 from trivet.kinematics.mode import parse_mode
-from trivet.kinematics.standing import Standing, stand
+from trivet.kinematics.standing import Standing, home_pose, stand
 from trivet.kinematics.walk import Coordinate
-from trivet.model import Machine
 from trivet.model.elements import Curvilinear, Drivable, Element, Prismatic, Revolute, Spherical, Stock, Universal
 from trivet.model.elements.beam import beam_axes
 from trivet.space.frame import IDENTITY, Angle, Frame
-from trivet.space.pose import zyz_frame
+from trivet.study.machines import MachineLike, choose
 
 _OPTION = {"timestep": "0.0001", "integrator": "implicitfast", "iterations": "100", "tolerance": "1e-14"}
 _LOOPS = {"solref": "0.0002 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
@@ -91,7 +90,7 @@ class _Model:
     qpos: list[float]
 
 
-def to_mjcf(machine: Machine, pose: Frame | None = None, mode: str | None = None) -> str:
+def to_mjcf(machine: MachineLike, pose: Frame | None = None, mode: str | None = None) -> str:
     """A machine as MJCF, standing at a pose, in SI and the axes of {O}.
 
     Bodies are named after the joint that moves them, "platform", or "ground/leg-1" for what stands on the ground; motors (N or
@@ -101,7 +100,7 @@ def to_mjcf(machine: Machine, pose: Frame | None = None, mode: str | None = None
     dynamics do.
 
     Args:
-        machine: the machine.
+        machine: machine, name or file.
         pose: platform frame {E} in {O}, of floats (m); home when not given.  The keyframe is named "home", or "pose".
         mode: working mode, as `parse_mode` reads it; the machine's own when not given.
 
@@ -109,8 +108,8 @@ def to_mjcf(machine: Machine, pose: Frame | None = None, mode: str | None = None
         InputError: when the mode does not fit the machine.
         NoResultError: when a chain does not reach the pose (travel limits are not looked at).
     """
-    home = machine.home
-    frame = zyz_frame(home.position, home.azimuth, home.tilt, home.roll) if pose is None else pose
+    machine = choose(machine)
+    frame = home_pose(machine) if pose is None else pose
     stands = stand(machine, frame, parse_mode(machine, mode))
     root = ET.Element("mujoco", model=machine.name)
     root.extend(_comment(note) for note in _NOTES)
@@ -142,7 +141,7 @@ def to_mjcf(machine: Machine, pose: Frame | None = None, mode: str | None = None
     return ET.tostring(root, encoding="unicode") + "\n"
 
 
-def write_mjcf(machine: Machine, path: str | os.PathLike[str], *, mode: str | None = None, overwrite: bool = False) -> None:
+def write_mjcf(machine: MachineLike, path: str | os.PathLike[str], *, mode: str | None = None, overwrite: bool = False) -> None:
     """Write a machine at home as MJCF.
 
     Args:

@@ -13,7 +13,7 @@ import numpy as np
 from trivet.kinematics.standing import postures
 from trivet.kinematics.travel import gauges
 from trivet.model import Machine
-from trivet.model.elements import Drivable, Prismatic, Revolute
+from trivet.model.elements import Curvilinear, Drivable, Prismatic, Revolute
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
 
@@ -103,7 +103,7 @@ def shortfall(machine: Machine, state: JointState, roll_index: int = 0) -> Short
         worst = int(np.argmin(np.where(np.isnan(reach), -np.inf, reach)))
         missing = math.sqrt(-reach[worst]) * 1e3 if reach[worst] < 0 else math.nan
         where = legs[worst].name
-        if reach[worst] > -1e-15:
+        if reach[worst] > -1e-15 and isinstance(legs[worst].chain.elements[0], Curvilinear):
             return Shortfall(
                 UNREACHABLE, where, None, f"{where} has no place: its platform joint lies on the axis of the guide"
             )

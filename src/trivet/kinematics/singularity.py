@@ -276,10 +276,10 @@ def _distance(det: Array, steps: Array, pose: Frame, length: float) -> Distance:
 
 def motion_words(motion: Motion) -> str:
     """A motion as the end of a sentence, "turns about ..." or "moves along ..."."""
-    along = "({:.4f}, {:.4f}, {:.4f})".format(*(motion.direction + 0.0))
+    along = "({:.4f}, {:.4f}, {:.4f})".format(*(motion.direction.round(4) + 0.0))
     if motion.point is None or motion.pitch is None:
         return f"moves along {along}"
-    through = "({:.3f}, {:.3f}, {:.3f}) mm".format(*(1e3 * motion.point + 0.0))
+    through = "({:.3f}, {:.3f}, {:.3f}) mm".format(*((1e3 * motion.point).round(3) + 0.0))
     advance = f", advancing {2e3 * math.pi * motion.pitch:.4g} mm per turn" if abs(motion.pitch) > PURE else ""
     return f"turns about the axis through {through} along {along}{advance}"
 

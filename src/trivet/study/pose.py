@@ -41,6 +41,8 @@ class JointRow:
     low: float
     high: float
     actuated: bool
+    """Whether a drive moves it while the machine works."""
+    locked: bool
 
     @property
     def inside(self) -> bool:
@@ -70,7 +72,7 @@ class PoseReport:
             state = self.state
             coordinate, limited, low, high = (float(a[0, k]) for a in (state.coordinate, state.gauge, state.low, state.high))
             unit = "m" if isinstance(element, Prismatic) else "rad"
-            rows.append(JointRow(name, unit, coordinate, limited, low, high, element.actuated))
+            rows.append(JointRow(name, unit, coordinate, limited, low, high, element.is_driven, element.locked is not None))
         return rows
 
     @property

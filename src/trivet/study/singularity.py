@@ -29,7 +29,7 @@ class TiltMargin(NamedTuple):
     """The smallest tilt about the platform centre, out of `DIRECTIONS`, that leads to a Type 2 singularity."""
 
     angle: float
-    """rad; the crossing is found to rounding.  Infinite when there is none up to a right angle, or a chain ends before."""
+    """rad; the crossing is found to rounding.  Infinite when there is none up to a right angle and as far as the chains reach."""
     azimuth: float
     """Direction of the tilt about the platform normal, from x of {E}, rad."""
 
@@ -51,6 +51,8 @@ class SingularityReport:
     @cached_property
     def tilt_margin(self) -> TiltMargin:
         """How far the platform tilts, its centre held, until the drives lose it."""
+        if self.singularity.type >= 2:
+            return TiltMargin(0.0, 0.0)
         azimuths = 2 * math.pi / DIRECTIONS * np.arange(DIRECTIONS)
         steps = math.pi / 2 / TILTS * np.arange(TILTS + 1)
         side = np.sign(self._tilted(azimuths[:, None], steps)[:, 1:] * self.singularity.determinants.j_x)
