@@ -29,7 +29,7 @@ class TiltMargin(NamedTuple):
     """The smallest tilt about the platform centre, out of `DIRECTIONS`, that leads to a Type 2 singularity."""
 
     angle: float
-    """rad; the crossing is found to rounding.  Infinite when there is none up to a right angle and as far as the chains reach."""
+    """rad; found to rounding.  Infinite when there is none up to a right angle and as far as the chains reach."""
     azimuth: float
     """Direction of the tilt about the platform normal, from x of {E}, rad."""
 
