@@ -69,7 +69,11 @@ def test_inverse_then_forward_comes_back(name: str) -> None:
     off = np.nanmin(apart(frames, planted), axis=1)
     # An error of the angles moves the platform that much; near singularities it grows.
     bound = np.nanmax(np.where(found.real, found.error, np.nan), axis=1)
-    assert np.all(off < 1e-10 + 100 * bound)
+    simple = found.multiplicity.max(axis=1) == 1
+    assert np.all(off[simple] < 1e-10 + 100 * bound[simple])
+    # A pose so near a singularity that two assembly modes cannot be told apart by rounding is found as their double root.
+    assert np.count_nonzero(~simple) <= POSES // 200
+    assert np.all(off[~simple] < 1e-4)
     assert np.median(off) < 1e-12
     assert (mirror_plane(type(circles)(*(a[:1] for a in circles))) is not None) == (name in COPLANAR)
 
