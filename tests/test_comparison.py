@@ -8,6 +8,7 @@ import scipy.stats
 import xarray as xr
 
 import trivet
+import trivet.model
 from trivet.errors import InputError
 from trivet.study.comparison import Comparison
 from trivet.study.statistics import every_pair, holm, moments, welch
@@ -120,3 +121,23 @@ def test_variants_go_by_their_text() -> None:
     result = trivet.compare("azulay", "azulay@link.length=200 mm", steps=3, finer=1)
     assert [m.machine.name for m in result.maps] == ["azulay", "azulay@link.length=200 mm"]
     assert not [d for d in result.deviations if "@" in d.machine], "published values speak of the original"
+
+
+@pytest.mark.parametrize("name", sorted({*trivet.catalogue()} - {"azulay-196", "azulay-236"}))
+def test_every_machine_of_the_catalogue_is_mapped_over_its_own_workpiece(name: str) -> None:
+    found = trivet.stiffness_map(name, trivet.hemisphere(*_workpiece(name), 3), rolls=36)
+    assert found.used.any()
+    assert np.all(found.matrix[found.used][:, range(6), range(6)] > 0)
+
+
+def _workpiece(name: str) -> tuple[float, float]:
+    piece = trivet.load(name).workpiece
+    assert piece is not None
+    return float(piece.height), float(piece.radius)
+
+
+def test_a_machine_without_a_workpiece_wants_numbers() -> None:
+    document = trivet.model.document_of(trivet.load("azulay"))
+    del document["workpiece"]
+    with pytest.raises(InputError, match=r"has no \[workpiece\]; give the radius and the height"):
+        trivet.stiffness_map(trivet.parse(document))
