@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import os
+import shutil
 
 # The systems are small: threads inside LAPACK cost more than they bring.  To be set before NumPy is imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -19,18 +20,27 @@ hypothesis.settings.load_profile("trivet")
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line(
         "markers",
-        "peer(name, module=name): compares with an engine that nobody here wrote; skipped where it is missing, "
-        "failed with TRIVET_PEERS=required",
+        "peer(name, module=name, program=None): compares with an engine that nobody here wrote, a module or a program; "
+        "skipped where it is missing, failed with TRIVET_PEERS=required",
     )
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
     for mark in item.iter_markers("peer"):
-        name = mark.args[0]
-        try:
-            importlib.import_module(mark.kwargs.get("module", name))
-        except Exception as error:  # a wheel whose system library is missing raises more than ImportError
-            reason = f"peer {name} is missing ({error})"
+        error = missing(*mark.args, **mark.kwargs)
+        if error is not None:
+            reason = f"peer {mark.args[0]} is missing ({error})"
             if os.environ.get("TRIVET_PEERS") == "required":
                 pytest.fail(reason + "; TRIVET_PEERS=required", pytrace=False)
             pytest.skip(reason)
+
+
+def missing(name: str, module: str | None = None, program: str | None = None) -> str | None:
+    """What a peer is missing for, or None where it is there."""
+    if program is not None:
+        return None if shutil.which(program) else f"no program {program}"
+    try:
+        importlib.import_module(module or name)
+    except Exception as error:  # a wheel whose system library is missing raises more than ImportError
+        return str(error)
+    return None

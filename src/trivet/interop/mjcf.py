@@ -19,7 +19,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from trivet.files import replacing
-from trivet.interop.inertia import Bar, RigidMass, bar_of, element_mass, platform_mass, together
+from trivet.kinematics.inertia import Bar, RigidMass, bar_of, element_mass, platform_mass, together
 from trivet.kinematics.jacobian import actuator_names
 from trivet.kinematics.mode import parse_mode
 from trivet.kinematics.standing import Standing, home_pose, stand

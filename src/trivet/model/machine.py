@@ -14,12 +14,22 @@ from functools import cache
 from typing import Annotated, Literal, NamedTuple, TypeVar
 
 import equinox as eqx
-from pydantic import Field, StringConstraints, TypeAdapter
+from pydantic import Field, StrictBool, StringConstraints, TypeAdapter
 
 from trivet.errors import InputError, nearest
 from trivet.model.elements import AnyElement, Curvilinear, Drivable, Element, Spherical, Stock
 from trivet.model.elements.base import Name
-from trivet.model.quantity import AngleValue, Inertia, Length, LengthOrZero, Mass, PositiveLength, Stiffness, StiffnessVariance
+from trivet.model.quantity import (
+    AngleValue,
+    Inertia,
+    Length,
+    LengthOrZero,
+    Mass,
+    PositiveLength,
+    ProductOfInertia,
+    Stiffness,
+    StiffnessVariance,
+)
 from trivet.model.section import STRICT, Material, Section
 from trivet.space.frame import IDENTITY, Angle, Frame
 from trivet.space.scalar import Scalar, cosine, sine
@@ -138,7 +148,9 @@ class Platform(eqx.Module):
     mass: Mass | None = None
     """Mass, instead of a disc."""
     inertia: tuple[Inertia, Inertia, Inertia] | None = None
-    """Principal moments of inertia about the centre of mass, along the axes of {E}; with `mass`."""
+    """Moments of inertia I_xx, I_yy, I_zz about the centre of mass, along the axes of {E}; with `mass`."""
+    products_of_inertia: tuple[ProductOfInertia, ProductOfInertia, ProductOfInertia] | None = None
+    """Off-diagonal entries I_xy, I_xz, I_yz of the inertia matrix (minus the integrals of xy, xz, yz); with `inertia`."""
     centre_of_mass: tuple[Length, Length, Length] | None = None
     """In {E}; the platform centre when not given."""
     tool_tip: tuple[Length, Length, Length] | None = None
@@ -193,6 +205,8 @@ class Machine(eqx.Module):
     """The hemisphere over which the machine is compared with others."""
     theory: Literal["euler-bernoulli", "timoshenko"] = eqx.field(static=True, default="euler-bernoulli")
     """Beam theory: without or with shear deflection."""
+    rotary_inertia: StrictBool = eqx.field(static=True, default=True)
+    """Whether the cross-sections of vibrating beams have rotary inertia."""
     format: Literal[1] = eqx.field(static=True, default=1)
     """Version of the file format."""
 
@@ -204,7 +218,7 @@ class Machine(eqx.Module):
     @property
     def stock(self) -> Stock:
         """Sections, materials and beam theory."""
-        return Stock(self.sections, self.materials, self.theory)
+        return Stock(self.sections, self.materials, self.theory, self.rotary_inertia)
 
     @property
     def mechanism(self) -> Mechanism:
@@ -243,6 +257,10 @@ class Machine(eqx.Module):
     def with_guide(self, yields: Literal["translation", "rotation"]) -> Machine:
         """The machine with every curvilinear joint yielding along its tangent or along its circle."""
         return self._with_elements(lambda e: _replace(e, yields=yields) if isinstance(e, Curvilinear) else e)
+
+    def with_rigid_drives(self) -> Machine:
+        """The machine with every drive rigid: its actuators locked."""
+        return self._with_elements(lambda e: _replace(e, stiffness=None) if isinstance(e, Drivable) and e.actuated else e)
 
     def with_theory(self, theory: Literal["euler-bernoulli", "timoshenko"]) -> Machine:
         """The machine with or without shear deflection of its beams."""

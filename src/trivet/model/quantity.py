@@ -154,8 +154,8 @@ class Quantity:
 
 
 _EXAMPLES = {
-    "": "0.29", "GPa": "205", "N m/rad": "300", "N/um": "3", "N^2/um^2": "0.35", "deg": "70", "kg": "0.5", "kg mm^2": "120",
-    "kg/m^3": "7870", "mm": "216", "mm^2": "130", "mm^4": "4500",
+    "": "0.29", "GPa": "205", "N m/rad": "300", "N m s/rad": "0.1", "N s/m": "50", "N/um": "3", "N^2/um^2": "0.35",
+    "deg": "70", "kg": "0.5", "kg mm^2": "120", "kg/m^3": "7870", "mm": "216", "mm^2": "130", "mm^4": "4500",
 }  # fmt: skip
 
 
@@ -171,11 +171,14 @@ LengthOrZero = Annotated[float, Quantity("length", "m", "mm", at_least_zero=True
 AngleValue = Annotated[float, Quantity("angle", "rad", "deg")]
 Stiffness = Annotated[float, Quantity("stiffness", "N/m", "N/um", positive=True)]
 StiffnessVariance = Annotated[float, Quantity("variance of a stiffness", "N^2/m^2", "N^2/um^2", at_least_zero=True)]
+Damping = Annotated[float, Quantity("damping", "N s/m", "N s/m", at_least_zero=True)]
+RotationalDamping = Annotated[float, Quantity("rotational damping", "N m s/rad", "N m s/rad", at_least_zero=True)]
 RotationalStiffness = Annotated[float, Quantity("rotational stiffness", "N m/rad", "N m/rad", positive=True)]
 Pressure = Annotated[float, Quantity("pressure", "Pa", "GPa", positive=True)]
 Density = Annotated[float, Quantity("density", "kg/m^3", "kg/m^3", positive=True)]
 Mass = Annotated[float, Quantity("mass", "kg", "kg", at_least_zero=True)]
 Inertia = Annotated[float, Quantity("moment of inertia", "kg m^2", "kg mm^2", at_least_zero=True)]
+ProductOfInertia = Annotated[float, Quantity("product of inertia", "kg m^2", "kg mm^2")]
 Area = Annotated[float, Quantity("area", "m^2", "mm^2", positive=True)]
 SecondMoment = Annotated[float, Quantity("second moment of area", "m^4", "mm^4", positive=True)]
 Ratio = Annotated[float, Quantity("ratio", "", "", at_least_zero=True)]

@@ -25,6 +25,8 @@ class Material(eqx.Module):
     """Poisson's ratio nu."""
     density: Density
     """Mass density."""
+    loss_factor: Ratio | None = None
+    """Structural damping eta of Young's and shear modulus, E (1 + i eta); that of the analysis when not given."""
 
     @property
     def shear_modulus(self) -> Scalar:

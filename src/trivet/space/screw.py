@@ -30,6 +30,10 @@ class Wrench(NamedTuple):
         """This wrench plus a multiple of another."""
         return Wrench(self.force + other.force * factor, self.moment + other.moment * factor)
 
+    def times(self, factor: Scalar) -> Wrench:
+        """A multiple of this wrench."""
+        return Wrench(self.force * factor, self.moment * factor)
+
     def carried(self, heading: Angle, arm: Vec) -> Wrench:
         """The wrench turned about z, then reduced at another point; arm (in the outer axes) leads from there to here."""
         force, moment = about_z(heading, self.force), about_z(heading, self.moment)

@@ -7,7 +7,6 @@ Nothing here knows a machine: the structure follows from the elements of the cha
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -16,17 +15,18 @@ import jax
 import numpy as np
 
 from trivet.errors import InputError
+from trivet.kinematics.inertia import RigidMass, platform_mass
 from trivet.kinematics.jacobian import is_driven
 from trivet.kinematics.standing import stand
 from trivet.kinematics.walk import Coordinate, walk_from
 from trivet.model import Leg, Machine
-from trivet.model.elements import Beam, Joint, Offset, Prismatic, Profile, Stock
-from trivet.model.elements.base import Direction
+from trivet.model.elements import Stock
 from trivet.model.elements.beam import beam_axes
 from trivet.space.frame import Frame
 from trivet.space.screw import Twist
 from trivet.space.vector import Vec
-from trivet.statics.beam_element import BeamElement, local_stiffness
+from trivet.statics.beam_element import BeamElement, uniform
+from trivet.statics.parts import Arm, Bar, Tie, parts
 
 GROUND, PLATFORM = 0, 1
 """Numbers of the node fixed to the ground, at the origin of {O}, and of the platform's, at the platform centre."""
@@ -48,20 +48,27 @@ class Connection:
     """(..., 6, k): columns s_k, along which it yields, reduced at that point; none when it is rigid."""
     rates: np.ndarray
     """(k,): spring rate along every screw (N/m or N m/rad), zero where it is slack."""
+    loss_factor: float | None
+    """Structural damping of its springs, k (1 + i eta); that of the analysis when None."""
+    viscosity: np.ndarray
+    """(k,): viscous damping along every screw, N s/m or N m s/rad."""
     drive: np.ndarray | None = None
     """(..., 6): screw along which its actuator works, when it has one."""
 
 
 @dataclass(frozen=True)
-class Lump:
-    """A point mass that moves with a node."""
+class NodeMass:
+    """A rigid mass that moves with a node."""
 
     name: str
+    """Chain and element to which it belongs, or "platform"."""
     node: int
     at: np.ndarray
-    """(..., 3): where it is, in {O}, m."""
+    """(..., 3): its centre, in {O}, m."""
     mass: float
     """kg."""
+    inertia: np.ndarray
+    """(..., 3, 3): about its centre, in {O}, kg m^2."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +80,7 @@ class Structure:
     beams: tuple[BeamElement, ...]
     """In the order of the walks: the first node of a beam is never the second of a later one."""
     connections: tuple[Connection, ...]
-    lumps: tuple[Lump, ...]
+    masses: tuple[NodeMass, ...]
     scale: float
     """Length (m) by which displacements and rotations are made comparable."""
 
@@ -87,7 +94,7 @@ class _Builder:
     nodes: list[np.ndarray] = field(default_factory=list)
     beams: list[BeamElement] = field(default_factory=list)
     connections: list[Connection] = field(default_factory=list)
-    lumps: list[Lump] = field(default_factory=list)
+    masses: list[NodeMass] = field(default_factory=list)
 
     def node(self, at: Vec) -> int:
         self.nodes.append(self.array(at))
@@ -102,11 +109,8 @@ class _Builder:
 
     def tie(self, name: str, first: int, second: int, at: np.ndarray) -> None:
         """A rigid connection."""
-        self.connections.append(Connection(name, first, second, at, np.zeros((*self.shape, 6, 0)), np.zeros(0)))
-
-    def lump(self, name: str, node: int, at: np.ndarray, mass: Any) -> None:
-        if mass is not None:
-            self.lumps.append(Lump(name, node, at, float(mass)))
+        none = np.zeros((*self.shape, 6, 0))
+        self.connections.append(Connection(name, first, second, at, none, np.zeros(0), None, np.zeros(0)))
 
 
 def assemble(machine: Machine, pose: Frame, signs: Any) -> Structure:
@@ -137,96 +141,73 @@ def assemble_standing(machine: Machine, pose: Frame, coordinates: Sequence[tuple
     build.node(pose.origin)
     for leg, own in zip(machine.legs, coordinates, strict=True):
         _add_leg(build, leg, jax.tree.map(lambda c: np.asarray(c, dtype=float), own))
-    _add_platform_mass(build, machine, pose)
+    build.masses.append(_in_world(build, "platform", PLATFORM, pose, platform_mass(machine)))
     nodes = np.stack(build.nodes, axis=-2)
     scale = float(machine.characteristic_length) or float(np.abs(nodes).max())
-    return Structure(nodes, tuple(build.beams), tuple(build.connections), tuple(build.lumps), scale)
+    return Structure(nodes, tuple(build.beams), tuple(build.connections), tuple(build.masses), scale)
 
 
 def _add_leg(build: _Builder, leg: Leg, coordinates: tuple[Coordinate, ...]) -> None:
     steps = walk_from(leg.base_frame(), leg.chain.elements, coordinates)
-    last, frame, coordinate = steps[-1]
-    # Where the last joint leads is not asked when nobody knows: a ball does not move its own point.
-    ends = [start for _, start, _ in steps[1:]] + [frame if coordinate is None else last.advance(frame, coordinate)]
+    found = list(parts(steps, build.stock))
+    last_joint = max(k for k, part in enumerate(found) if isinstance(part, Tie))
+    ends_there = not any(isinstance(part, (Bar, Arm)) for part in found[last_joint:])
     node = GROUND
-    for (element, start, coordinate), end in zip(steps, ends, strict=True):
-        name = f"{leg.name}.{element.name}"
-        if isinstance(element, Offset):
-            node = _add_offset(build, name, node, element, (start.origin, end.origin))
-        elif isinstance(element, Beam):
-            node = _add_beam(build, name, node, start, (element.axis, element.length), element.profile)
-        else:
-            assert isinstance(element, Joint)
-            body = element.beam if isinstance(element, Prismatic) else None
-            here = end.origin if body is None else start.origin
-            beyond = PLATFORM if element is last and body is None else build.node(here)
-            build.connections.append(_joint(build, name, element, start, coordinate, (node, beyond), here))
+    for k, part in enumerate(found):
+        name = f"{leg.name}.{part.element.name}"
+        if isinstance(part, Tie):
+            beyond = PLATFORM if k == last_joint and ends_there else build.node(part.at)
+            build.connections.append(_connection(build, name, part, (node, beyond)))
             node = beyond
-            if body is not None:
-                assert isinstance(element, Prismatic)
-                node = _add_beam(build, name, node, start, (element.axis, coordinate), body)
-            build.lump(name, node, build.array(end.origin), element.mass)
+        elif isinstance(part, Bar):
+            node = _add_beam(build, name, node, part)
+        elif isinstance(part, Arm):
+            beyond = build.node(part.end)
+            build.tie(name, node, beyond, build.array(part.end))
+            node = beyond
+        else:
+            own = RigidMass(float(part.mass), np.zeros(3), np.diag(np.array(part.moments, dtype=float)))
+            build.masses.append(_in_world(build, name, node, part.frame, own))
     if node != PLATFORM:
-        build.tie(f"{leg.name}.{last.name}", node, PLATFORM, build.array(ends[-1].origin))
+        last = leg.chain.elements[-1]
+        build.tie(f"{leg.name}.{last.name}", node, PLATFORM, build.nodes[node])
 
 
-def _add_offset(build: _Builder, name: str, first: int, offset: Offset, ends: tuple[Vec, Vec]) -> int:
-    """Add a rigid body and its far node; half of its mass at either end."""
-    second = build.node(ends[1])
-    build.tie(name, first, second, build.array(ends[1]))
-    if offset.mass is not None:
-        for node, end in zip((first, second), ends, strict=True):
-            build.lump(name, node, build.array(end), offset.mass / 2)
-    return second
-
-
-def _joint(
-    build: _Builder, name: str, joint: Joint, frame: Frame, coordinate: Coordinate, nodes: tuple[int, int], at: Vec
-) -> Connection:
+def _connection(build: _Builder, name: str, tie: Tie, nodes: tuple[int, int]) -> Connection:
     """The connection which a joint makes: slack along its slack freedoms, sprung where it has a stiffness, else rigid."""
-    # A beam on a slide is an element of its own here; only the drive yields in the joint.
-    bare = dataclasses.replace(joint, beam=None) if isinstance(joint, Prismatic) else joint
-    slack = bare.slack(frame, coordinate, at)
-    sprung = bare.flexibilities(frame, coordinate, at, build.stock)
-    yielding = [build.screw(twist) for twist in (*slack, *(f.twist for f in sprung))]
+    joint = tie.element
+    yielding = [build.screw(twist) for twist in (*tie.slack, *(f.twist for f in tie.sprung))]
+    screws = np.stack(yielding, axis=-1) if yielding else np.zeros((*build.shape, 6, 0))
+    rates = np.array([0.0] * len(tie.slack) + [1 / float(f.compliance) for f in tie.sprung])
+    moved = [True] * len(tie.slack) + [f.part in ("drive", "joint") for f in tie.sprung]
+    viscosity = np.where(moved, float(joint.viscosity or 0), 0.0)
     drive = None
     if is_driven(joint):
-        twist = sprung[0].twist if sprung else joint.freedoms(frame, coordinate, at)[0]
-        drive = build.screw(twist)
-    screws = np.stack(yielding, axis=-1) if yielding else np.zeros((*build.shape, 6, 0))
-    rates = np.array([0.0] * len(slack) + [1 / float(f.compliance) for f in sprung])
-    return Connection(name, *nodes, build.array(at), screws, rates, drive)
+        own = [f.twist for f in tie.sprung if f.part == "drive"]
+        drive = build.screw(own[0] if own else tie.motion[0])
+    loss = None if joint.loss_factor is None else float(joint.loss_factor)
+    return Connection(name, *nodes, build.array(tie.at), screws, rates, loss, viscosity, drive)
 
 
-def _add_beam(build: _Builder, name: str, first: int, frame: Frame, reach: tuple[Direction, Any], profile: Profile) -> int:
-    """Add a beam that starts in a frame, and its far node.
-
-    It reaches along an axis of the frame for a length (m); a negative length runs the other way, a zero one is rigid.
-    """
-    axis, length = reach
-    far = frame.origin + frame.direction(axis) * length
+def _add_beam(build: _Builder, name: str, first: int, bar: Bar) -> int:
+    """Add a beam and its far node; a negative length runs the other way, a zero one is rigid."""
+    far = bar.end
     second = build.node(far)
-    span = np.broadcast_to(np.abs(np.asarray(length, dtype=float)), build.shape)
+    span = np.broadcast_to(np.abs(np.asarray(bar.length, dtype=float)), build.shape)
     if np.all(span == 0):
         build.tie(name, first, second, build.array(far))
         return second
     if np.any(span == 0):
         raise InputError(f"{name}: zero length at some poses of the batch and not at others; assemble them apart")
-    x, y, _ = (build.array(v) for v in beam_axes(frame, axis))
-    x = x * np.sign(length)[..., None]
+    x, y, _ = (build.array(v) for v in beam_axes(bar.start, bar.axis))
+    x = x * np.sign(bar.length)[..., None]
     axes = np.stack([x, y, np.cross(x, y)], axis=-1)
-    stiffness = local_stiffness(span, profile, build.stock)
-    material = build.stock.materials[profile.material]
-    area = build.stock.sections[profile.section].properties(material.poisson_ratio).area
-    build.beams.append(BeamElement(name, first, second, axes, span, stiffness, float(material.density * area)))
+    build.beams.append(BeamElement(name, first, second, axes, span, uniform(bar.profile, build.stock).numbers()))
     return second
 
 
-def _add_platform_mass(build: _Builder, machine: Machine, pose: Frame) -> None:
-    platform = machine.platform
-    mass = platform.mass
-    if platform.disc is not None:
-        disc = platform.disc
-        mass = np.pi * disc.radius**2 * disc.thickness * machine.materials[disc.material].density
-    centre = pose.shift(platform.centre_of_mass or (0, 0, 0)).origin
-    build.lump("platform", PLATFORM, build.array(centre), mass)
+def _in_world(build: _Builder, name: str, node: int, frame: Frame, own: RigidMass) -> NodeMass:
+    """A mass, given in the axes of a frame, as it moves with a node."""
+    axes = np.stack([build.array(v) for v in (frame.x, frame.y, frame.z)], axis=-1)
+    at = build.array(frame.origin) + axes @ own.centre
+    return NodeMass(name, node, at, own.mass, axes @ own.inertia @ np.swapaxes(axes, -1, -2))

@@ -82,7 +82,7 @@ def leg_stiffness(stock: Stock, leg: Leg, pose: Frame, signs: Scalar) -> LegStif
     rows = [(*w.force, *w.moment) for w in wrenches]
     middle = part.matrix.inverse()
     shared = (*posture.end, *part.matrix.upper(), *middle.upper(), *(component for row in rows for component in row))
-    entries = _product(middle, rows).upper()
+    entries = product(middle, rows).upper()
     return LegStiffness(tuple(entries), within(leg, posture), tuple(s for s in shared if not is_known(s)))
 
 
@@ -135,7 +135,7 @@ def platform_stiffness_by_copies(machine: Machine, pose: Frame, signs: Scalar) -
     return entries
 
 
-def _product(middle: Symmetric, rows: list[tuple[Scalar, ...]]) -> Symmetric:
+def product(middle: Symmetric, rows: list[tuple[Scalar, ...]]) -> Symmetric:
     """rows^T middle rows, 6 x 6."""
     size, result = middle.size, Symmetric(6)
     for j in range(6):

@@ -98,10 +98,10 @@ def weight(structure: Structure, gravity: np.ndarray) -> np.ndarray:
     """
     loads = np.zeros((len(structure.nodes), 6))
     for beam in structure.beams:
-        first, second = uniform_load(beam, beam.line_mass * gravity).reshape(2, 6)
+        first, second = uniform_load(beam, beam.made_of.mass * gravity).reshape(2, 6)
         loads[beam.first] += first
         loads[beam.second] += second
-    for lump in structure.lumps:
+    for lump in structure.masses:
         at_lump = np.concatenate([lump.mass * gravity, np.zeros(3)])
         loads[lump.node] += carry(lump.at - structure.nodes[lump.node]).T @ at_lump
     return loads
@@ -121,8 +121,8 @@ def masses(machine: Machine, pose: Frame, signs: Any) -> dict[str, float]:
     structure = assemble(machine, pose, signs)
     found = {f"{leg.name}.{element.name}": 0.0 for leg in machine.legs for element in leg.chain.elements} | {"platform": 0.0}
     for beam in structure.beams:
-        found[beam.name] += beam.line_mass * float(beam.length)
-    for lump in structure.lumps:
+        found[beam.name] += beam.made_of.mass * float(beam.length)
+    for lump in structure.masses:
         found[lump.name] += lump.mass
     return found
 

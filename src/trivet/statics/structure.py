@@ -20,7 +20,7 @@ from trivet.errors import NoResultError
 from trivet.model import Machine
 from trivet.space.frame import Frame
 from trivet.statics.assembly import GROUND, PLATFORM, Connection, Structure, assemble
-from trivet.statics.beam_element import global_stiffness
+from trivet.statics.beam_element import global_stiffness, local_stiffness
 
 __all__ = [
     "GROUND", "PLATFORM", "Connection", "Solution", "Structure",
@@ -142,7 +142,7 @@ def _relative_stiffness(structure: Structure) -> np.ndarray:
     n, rates = structure.nodes.shape[-2], _rates(structure)
     matrix = np.zeros((*structure.nodes.shape[:-2], 6 * n + len(rates), 6 * n + len(rates)))
     for beam in structure.beams:
-        matrix[..., _dofs(beam.second), _dofs(beam.second)] = beam.stiffness[..., 6:, 6:]
+        matrix[..., _dofs(beam.second), _dofs(beam.second)] = local_stiffness(beam)[..., 6:, 6:]
     eta = np.arange(6 * n, 6 * n + len(rates))
     matrix[..., eta, eta] = rates
     return matrix

@@ -11,11 +11,11 @@ import equinox as eqx
 from pydantic import BeforeValidator, Field, PlainSerializer, StrictBool, StringConstraints, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from trivet.model.quantity import Mass
+from trivet.model.quantity import Inertia, Length, Mass, Ratio, RotationalStiffness, Stiffness
 from trivet.model.section import STRICT, Material, Section
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
-from trivet.space.screw import Twist
+from trivet.space.screw import Twist, rotation, translation
 from trivet.space.vector import Vec
 
 NAME_PATTERN = r"^[a-z][a-z0-9_-]{0,39}$"
@@ -71,11 +71,12 @@ Axis = Annotated[
 
 
 class Stock(eqx.Module):
-    """What elements refer to by name: the machine's sections and materials, and the beam theory."""
+    """What elements refer to by name: the machine's sections and materials; and the beam theory."""
 
     sections: dict[str, Section]
     materials: dict[str, Material]
     theory: Literal["euler-bernoulli", "timoshenko"] = eqx.field(static=True)
+    rotary_inertia: bool = eqx.field(static=True, default=True)
 
 
 class Profile(eqx.Module):
@@ -94,8 +95,8 @@ class Flexibility(NamedTuple):
 
     compliance: Scalar
     twist: Twist
-    part: Literal["drive", "joint", "beam"]
-    """What yields: the drive of an actuated joint, a joint that is not actuated, or a beam."""
+    part: Literal["drive", "joint", "bearing", "beam"]
+    """What yields: the drive of an actuated joint, a joint that is not actuated, what guides a joint, or a beam."""
 
 
 class Element(eqx.Module):
@@ -138,12 +139,65 @@ class Element(eqx.Module):
         return None
 
 
+class Bearing(eqx.Module):
+    """How what guides a joint gives way across its freedom, along the axes of the frame; rigid where nothing is given."""
+
+    __pydantic_config__ = STRICT
+
+    x: Stiffness | None = None
+    """Stiffness along x."""
+    y: Stiffness | None = None
+    """Stiffness along y."""
+    z: Stiffness | None = None
+    """Stiffness along z."""
+    rx: RotationalStiffness | None = None
+    """Stiffness about x."""
+    ry: RotationalStiffness | None = None
+    """Stiffness about y."""
+    rz: RotationalStiffness | None = None
+    """Stiffness about z."""
+
+    def flexibilities(self, frame: Frame, at: Vec) -> tuple[Flexibility, ...]:
+        """Compliances at the origin of a frame, along its axes."""
+        straight = [(rate, translation(axis)) for rate, axis in zip((self.x, self.y, self.z), frame[1:], strict=True)]
+        about = [
+            (rate, rotation(axis, frame.origin, at)) for rate, axis in zip((self.rx, self.ry, self.rz), frame[1:], strict=True)
+        ]
+        return tuple(Flexibility(1 / rate, twist, "bearing") for rate, twist in (*straight, *about) if rate is not None)
+
+
 class Joint(Element):
     """A joint; its moving part may carry a lumped mass (carriage, slider, ball)."""
 
     mass: Annotated[Mass | None, Field(description="Lumped mass that moves with the joint.")] = eqx.field(
         default=None, kw_only=True
     )
+    centre_of_mass: Annotated[
+        tuple[Length, Length, Length] | None,
+        Field(description="Where the lumped mass has its centre, in the frame beyond the joint; its origin when not given."),
+    ] = eqx.field(default=None, kw_only=True)
+    inertia: Annotated[
+        tuple[Inertia, Inertia, Inertia] | None,
+        Field(description="Principal moments of inertia of the lumped mass about its centre, along the axes beyond the joint."),
+    ] = eqx.field(default=None, kw_only=True)
+    bearing: Annotated[
+        Bearing | None, Field(description="Stiffness of the bearing across the joint's freedom; rigid when not given.")
+    ] = eqx.field(default=None, kw_only=True)
+    loss_factor: Annotated[
+        Ratio | None,
+        Field(
+            description="Structural damping eta of the joint's stiffnesses, k (1 + i eta); that of the analysis when not given."
+        ),
+    ] = eqx.field(default=None, kw_only=True)
+
+    def bearing_flexibilities(self, frame: Frame, coordinate: Any, at: Vec) -> tuple[Flexibility, ...]:
+        """Compliances of the bearing, in the frame at the joint."""
+        return () if self.bearing is None else self.bearing.flexibilities(frame, at)
+
+    @property
+    def viscosity(self) -> float | None:
+        """Viscous damping of the joint's motion (N s/m or N m s/rad); None where the joint has none."""
+        return None
 
 
 class Drivable(Joint):
@@ -154,6 +208,7 @@ class Drivable(Joint):
     )
     travel: eqx.AbstractVar[tuple[float, float] | None]
     stiffness: eqx.AbstractVar[float | None]
+    damping: eqx.AbstractVar[float | None]
     locked: eqx.AbstractVar[float | None]
 
     @property
@@ -171,6 +226,10 @@ class Drivable(Joint):
     def motion(self, frame: Frame, at: Vec) -> Twist:
         """The unit twist of the joint, whether it is locked or not."""
         raise NotImplementedError
+
+    @property
+    def viscosity(self) -> float | None:
+        return self.damping
 
     @property
     def limits(self) -> tuple[Scalar, Scalar] | None:

@@ -7,7 +7,7 @@ from typing import Literal
 import equinox as eqx
 
 from trivet.model.elements.base import Drivable, Flexibility, Stock
-from trivet.model.quantity import AngleValue, PositiveLength, Stiffness
+from trivet.model.quantity import AngleValue, Damping, PositiveLength, Stiffness
 from trivet.space.frame import Angle, Frame
 from trivet.space.screw import Twist, rotation, translation
 from trivet.space.vector import Vec
@@ -25,6 +25,8 @@ class Curvilinear(Drivable):
     """Range of the angle; all round when not given."""
     stiffness: Stiffness | None = eqx.field(default=None, kw_only=True)
     """Stiffness of drive and carriage along the guide; rigid when not given."""
+    damping: Damping | None = eqx.field(default=None, kw_only=True)
+    """Viscous damping along the guide; none when not given."""
     locked: AngleValue | None = eqx.field(default=None, kw_only=True)
     """Angle at which the joint is held while the machine works; free when not given."""
     yields: Literal["translation", "rotation"] = eqx.field(static=True, default="translation")
@@ -37,10 +39,15 @@ class Curvilinear(Drivable):
         return rotation(frame.z, frame.origin, at)
 
     def flexibilities(self, frame: Frame, coordinate: Angle, at: Vec, stock: Stock) -> tuple[Flexibility, ...]:
+        bearing = self.bearing_flexibilities(frame, coordinate, at)
         if self.stiffness is None:
-            return ()
+            return bearing
         if self.yields == "rotation":
             rate = self.stiffness * self.radius * self.radius
-            return (Flexibility(1 / rate, self.motion(frame, at), self.part),)
+            return (Flexibility(1 / rate, self.motion(frame, at), self.part), *bearing)
         tangent = frame.turn((0.0, 0.0, 1.0), coordinate).y
-        return (Flexibility(1 / self.stiffness, translation(tangent), self.part),)
+        return (Flexibility(1 / self.stiffness, translation(tangent), self.part), *bearing)
+
+    def bearing_flexibilities(self, frame: Frame, coordinate: Angle, at: Vec) -> tuple[Flexibility, ...]:
+        # The bearing is that of the carriage, on the circle.
+        return () if self.bearing is None else self.bearing.flexibilities(self.advance(frame, coordinate), at)

@@ -8,7 +8,7 @@ import equinox as eqx
 
 from trivet.model.elements.base import Axis, Direction, Drivable, Flexibility, Profile, Stock
 from trivet.model.elements.beam import along, beam_flexibilities
-from trivet.model.quantity import Length, Stiffness
+from trivet.model.quantity import Damping, Length, Stiffness
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
 from trivet.space.screw import Twist, translation
@@ -27,6 +27,8 @@ class Prismatic(Drivable):
     """Range of the distance; unlimited when not given."""
     stiffness: Stiffness | None = eqx.field(default=None, kw_only=True)
     """Stiffness of the drive along the axis; rigid when not given."""
+    damping: Damping | None = eqx.field(default=None, kw_only=True)
+    """Viscous damping along the axis; none when not given."""
     locked: Length | None = eqx.field(default=None, kw_only=True)
     """Distance at which the joint is held while the machine works; free when not given."""
     beam: Profile | None = None
@@ -43,9 +45,9 @@ class Prismatic(Drivable):
         return translation(frame.direction(self.axis))
 
     def flexibilities(self, frame: Frame, coordinate: Scalar, at: Vec, stock: Stock) -> tuple[Flexibility, ...]:
-        drive: tuple[Flexibility, ...] = ()
+        yielding = self.bearing_flexibilities(frame, coordinate, at)
         if self.stiffness is not None:
-            drive = (Flexibility(1 / self.stiffness, self.motion(frame, at), self.part),)
+            yielding = (Flexibility(1 / self.stiffness, self.motion(frame, at), self.part), *yielding)
         if self.beam is None:
-            return drive
-        return drive + beam_flexibilities(frame, self.axis, coordinate, self.beam, at, stock)
+            return yielding
+        return yielding + beam_flexibilities(frame, self.axis, coordinate, self.beam, at, stock)

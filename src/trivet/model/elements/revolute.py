@@ -7,7 +7,7 @@ from typing import Literal
 import equinox as eqx
 
 from trivet.model.elements.base import Axis, Drivable, Flexibility, Stock
-from trivet.model.quantity import AngleValue, RotationalStiffness
+from trivet.model.quantity import AngleValue, RotationalDamping, RotationalStiffness
 from trivet.space.frame import Angle, Frame
 from trivet.space.scalar import Scalar, sine
 from trivet.space.screw import Twist, rotation
@@ -28,6 +28,8 @@ class Revolute(Drivable):
     """What the travel limits: the angle turned, or the elevation of the next body above the base plane (asin(P_z/L))."""
     stiffness: RotationalStiffness | None = eqx.field(default=None, kw_only=True)
     """Stiffness about the axis; of an actuated hinge rigid, of a passive one zero when not given."""
+    damping: RotationalDamping | None = eqx.field(default=None, kw_only=True)
+    """Viscous damping about the axis; none when not given."""
     locked: AngleValue | None = eqx.field(default=None, kw_only=True)
     """Angle at which the joint is held while the machine works; free when not given."""
 
@@ -46,6 +48,7 @@ class Revolute(Drivable):
         return rotation(frame.direction(self.axis), frame.origin, at)
 
     def flexibilities(self, frame: Frame, coordinate: Angle, at: Vec, stock: Stock) -> tuple[Flexibility, ...]:
+        bearing = self.bearing_flexibilities(frame, coordinate, at)
         if self.stiffness is None:
-            return ()
-        return (Flexibility(1 / self.stiffness, self.motion(frame, at), self.part),)
+            return bearing
+        return (Flexibility(1 / self.stiffness, self.motion(frame, at), self.part), *bearing)

@@ -45,7 +45,9 @@ class Spherical(Joint):
     def flexibilities(
         self, frame: Frame, coordinate: tuple[Angle, Angle, Angle] | Turn | None, at: Vec, stock: Stock
     ) -> tuple[Flexibility, ...]:
+        bearing = self.bearing_flexibilities(frame, coordinate, at)
         if self.rotation != "elastic":
-            return ()
+            return bearing
         assert self.stiffness is not None, "checked when the file is read"
-        return tuple(Flexibility(1 / self.stiffness, twist, "joint") for twist in self.freedoms(frame, coordinate, at))
+        turning = (Flexibility(1 / self.stiffness, twist, "joint") for twist in self.freedoms(frame, coordinate, at))
+        return (*turning, *bearing)

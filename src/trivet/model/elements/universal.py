@@ -6,7 +6,7 @@ from typing import Literal
 
 import equinox as eqx
 
-from trivet.model.elements.base import Axis, Joint
+from trivet.model.elements.base import Axis, Flexibility, Joint, Stock
 from trivet.space.frame import Angle, Frame
 from trivet.space.screw import Twist, rotation
 from trivet.space.vector import Vec
@@ -33,3 +33,6 @@ class Universal(Joint):
 
     def slack(self, frame: Frame, coordinate: tuple[Angle, Angle], at: Vec) -> tuple[Twist, ...]:
         return self.freedoms(frame, coordinate, at)
+
+    def flexibilities(self, frame: Frame, coordinate: tuple[Angle, Angle], at: Vec, stock: Stock) -> tuple[Flexibility, ...]:
+        return self.bearing_flexibilities(frame, coordinate, at)

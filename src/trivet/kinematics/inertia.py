@@ -1,4 +1,4 @@
-"""What bodies weigh: mass, centre of mass and inertia of beams, lumps and the platform."""
+"""What bodies weigh: mass, centre of mass and inertia of beams, joints, offsets and the platform."""
 
 from __future__ import annotations
 
@@ -77,8 +77,8 @@ def bar_of(element: Element, coordinate: Coordinate, beyond: Frame) -> Bar | Non
 
 def element_mass(element: Element, coordinate: Coordinate, beyond: Frame, stock: Stock) -> Iterator[RigidMass]:
     """What an element weighs, in the axes in which the frame beyond it is written."""
-    if isinstance(element, Joint) and element.mass is not None:
-        yield _point(element.mass, beyond.origin)
+    if isinstance(element, Joint):
+        yield from joint_mass(element, beyond)
     if isinstance(element, Offset) and element.mass is not None:
         x, y, z = element.vector
         for frame in (beyond.shift((-x, -y, -z)), beyond):
@@ -88,16 +88,28 @@ def element_mass(element: Element, coordinate: Coordinate, beyond: Frame, stock:
         yield _bar_mass(bar, stock)
 
 
+def joint_mass(joint: Joint, beyond: Frame) -> Iterator[RigidMass]:
+    """The lump which moves with a joint, in the axes in which the frame beyond it is written."""
+    if joint.mass is not None:
+        axes = np.array(beyond.matrix(), dtype=float)
+        centre = beyond.shift(joint.centre_of_mass or (0, 0, 0)).origin
+        moments = np.diag(np.array(joint.inertia or (0, 0, 0), dtype=float))
+        yield RigidMass(float(joint.mass), _array(centre), axes @ moments @ axes.T)
+
+
 def platform_mass(machine: Machine) -> RigidMass:
     """The platform in the axes of {E}: without mass when the machine gives none, a point when it gives no inertia."""
     platform = machine.platform
-    mass, moments = float(platform.mass or 0), np.array(platform.inertia or (0, 0, 0), dtype=float)
+    mass, inertia = float(platform.mass or 0), np.diag(np.array(platform.inertia or (0, 0, 0), dtype=float))
+    if platform.products_of_inertia is not None:
+        for (i, j), product in zip(((0, 1), (0, 2), (1, 2)), platform.products_of_inertia, strict=True):
+            inertia[i, j] = inertia[j, i] = float(product)
     if platform.disc is not None:
         radius, thickness = float(platform.disc.radius), float(platform.disc.thickness)
         mass = math.pi * radius**2 * thickness * float(machine.materials[platform.disc.material].density)
         across = mass * (3 * radius**2 + thickness**2) / 12
-        moments = np.array([across, across, mass * radius**2 / 2])
-    return RigidMass(mass, _array(Vec(*(platform.centre_of_mass or (0, 0, 0)))), np.diag(moments))
+        inertia = np.diag([across, across, mass * radius**2 / 2])
+    return RigidMass(mass, _array(Vec(*(platform.centre_of_mass or (0, 0, 0)))), inertia)
 
 
 def _array(vector: Vec) -> Array:

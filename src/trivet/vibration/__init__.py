@@ -1,0 +1,1 @@
+"""Vibration: beam finite elements, modes, exact dynamic stiffness, frequency responses."""
