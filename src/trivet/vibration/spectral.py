@@ -1,26 +1,249 @@
-"""Exact dynamic stiffness of a machine: poses times frequencies, no mesh, every result differentiable in every dimension."""
+"""Exact dynamic stiffness and receptance of a machine at its platform centre: no mesh, differentiable in every dimension.
+
+The stiffness of a chain is a ratio of entire functions of frequency (`vibration.spectral_chain`), which are as smooth at the
+resonances as between them.  So a chain is solved at a few Chebyshev nodes, and numerator and denominator are interpolated
+(Berrut and Trefethen, SIAM Review 46:501, 2004): thousands of frequencies cost a small matrix product, and the error is that of
+rounding.  The platform's inertia and the inverse are then taken at every frequency.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from trivet.kinematics.inverse import inverse
-from trivet.model import Leg
-from trivet.model.elements import Stock
+from trivet.kinematics.standing import postures
+from trivet.kinematics.walk import Posture, walk
+from trivet.model import Leg, Machine
+from trivet.model.elements import Joint
+from trivet.model.machine import Chain, copy_rotation
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
-from trivet.vibration.spectral_chain import Excitation, leg_dynamics
+from trivet.space.symmetric import Symmetric
+from trivet.statics.beam_element import uniform
+from trivet.statics.parts import Bar, parts
+from trivet.vibration.platform import platform_inertia
+from trivet.vibration.spectral_beam import Array, terms_for, wave_number
+from trivet.vibration.spectral_chain import Effort, Excitation, leg_dynamics
+
+NODES = 24
+"""Nodes of a panel; also the least number of frequencies of a compiled call."""
+PANEL = 6.0
+"""Wave number times length, summed over a chain, which one panel of frequencies may add."""
+PIECE = 8.0
+"""Wave number times length of a piece of a beam."""
+CHUNK = 64
+"""Poses of a call."""
+
+UPPER = np.triu_indices(6)
+_T = TypeVar("_T")
 
 
-@partial(jax.jit, static_argnames="terms")
-def leg_stiffness(stock: Stock, leg: Leg, pose: Frame, signs: Scalar, omega: Scalar, loss: Scalar, terms: int):
-    posture = inverse(leg, pose, signs)
-    arm = pose.direction(leg.platform_frame().origin)
-    part = leg_dynamics(leg, posture, stock, Excitation(omega, loss), terms)
-    wrenches = [w.carried(posture.heading, arm) for w in part.wrenches]
-    rows = jnp.stack([jnp.stack([jnp.asarray(c,dtype=float) for c in (*w.force, *w.moment)]) for w in wrenches], axis=-1)
-    return rows @ part.stiffness @ rows.T, part.denominator
+class Stand(NamedTuple):
+    """How chains are known to stand: in a working mode, or (at one pose, closed numerically) as they stand."""
+
+    signs: Any
+    """(n_chains, 2), or None."""
+    postures: tuple[Posture, ...] | None
+    """Per chain, with one leading axis, or None."""
+
+
+class Plan(NamedTuple):
+    """How frequencies are covered (static: kernels are compiled for it)."""
+
+    effort: Effort
+    edges: tuple[float, ...]
+    """Upper ends of the panels, rad/s."""
+    power: int
+    """The functions are smooth in this power of frequency: 2, or 1 where a joint has viscous damping."""
+
+
+class _Samples(NamedTuple):
+    """Chains at poses and nodes; all arrays have the axes (copies of a chain, poses) in front."""
+
+    stiffness: Array
+    """(nodes, m (m + 1) / 2): upper triangle of its dynamic stiffness along the m wrenches which it transmits."""
+    denominator: Array
+    """(nodes,)."""
+    spread: Array
+    """(m (m + 1) / 2, 21): from that triangle to the upper triangle at the platform centre, in {O}."""
+
+
+def receptance(machine: Machine, pose: Frame, signs: Any, frequency: Any, loss_factor: Scalar = 0.02) -> Array:
+    """Receptance (..., n, 6, 6) at the platform centre, in {O}: [u; w] = H [F; M] exp(i omega t), m/N, rad/N, rad/(N m).
+
+    Args:
+        machine: the machine, its actuators at rest.
+        pose: platform frame {E} in {O}, m; components are numbers, or arrays of one shape (p,).
+        signs: (n_chains, 2) working mode; None for a machine without, at one pose.
+        frequency: (n,) above zero, Hz.
+        loss_factor: structural damping eta of all that has no loss factor of its own.
+
+    Returns:
+        H; NaN at poses which a chain does not reach (travel limits are not looked at).
+
+    Raises:
+        NoResultError: a chain turns freely, or does not close numerically.
+    """
+    return _answer(machine, pose, signs, frequency, loss_factor, inverted=True)
+
+
+def dynamic_stiffness(machine: Machine, pose: Frame, signs: Any, frequency: Any, loss_factor: Scalar = 0.02) -> Array:
+    """Dynamic stiffness (..., n, 6, 6) at the platform centre, the inverse of the `receptance`; arguments as there."""
+    return _answer(machine, pose, signs, frequency, loss_factor, inverted=False)
+
+
+def _answer(machine: Machine, pose: Frame, signs: Any, frequency: Any, loss_factor: Scalar, *, inverted: bool) -> Array:
+    poses = jax.tree.map(lambda c: np.atleast_1d(np.asarray(c, dtype=float)), pose)
+    stand = standing(machine, pose, signs)
+    omega = 2 * math.pi * np.asarray(frequency, dtype=float).ravel()
+    chosen = plan(machine, poses, stand, float(omega.max()))
+    found = []
+    for start in range(0, len(poses.origin.x), CHUNK):
+        some = jax.tree.map(lambda c, start=start: c[start : start + CHUNK], poses)
+        found.append(kernel(machine, some, stand, omega, loss_factor, chosen, inverted=inverted))
+    matrix = jnp.concatenate(found) if len(found) > 1 else found[0]
+    return matrix if np.ndim(pose.origin.x) else matrix[0]
+
+
+def standing(machine: Machine, pose: Frame, signs: Any) -> Stand:
+    """How the chains of a machine stand at poses, as the kernels take it."""
+    if signs is not None:
+        return Stand(np.asarray(signs), None)
+    alone = jax.tree.map(lambda c: np.asarray(c, dtype=float)[None], postures(machine, pose, None))
+    return Stand(None, alone)
+
+
+def plan(machine: Machine, poses: Frame, stand: Stand, highest: float) -> Plan:
+    """How to cover the frequencies up to a highest one (rad/s) at poses (p,)."""
+    longest, together = (max(0.0, float(v)) for v in _arguments(machine, poses, stand, highest))
+    segments, panels = max(1, math.ceil(longest / PIECE)), max(1, math.ceil(together / PANEL))
+    viscous = any(isinstance(e, Joint) and e.viscosity is not None for c in machine.chains.values() for e in c.elements)
+    # Bending waves shorten with the root of the frequency.
+    edges = tuple(highest * (k / panels) ** 2 for k in range(1, panels + 1))
+    return Plan(Effort(terms_for(longest / segments), segments), edges, 1 if viscous else 2)
+
+
+def kernel(
+    machine: Machine, poses: Frame, stand: Stand, omega: np.ndarray, loss_factor: Scalar, chosen: Plan, *, inverted: bool
+) -> Array:
+    """Receptance or dynamic stiffness (p, n, 6, 6) at frequencies (rad/s) which a plan covers; JAX may trace the machine."""
+    pieces, order = [], []
+    for places, nodes, weights in _panels(omega, chosen):
+        samples = _samples(machine, poses, stand, nodes, loss_factor, chosen.effort)
+        if weights is None:
+            pieces.append(_at_nodes(samples)[..., : len(places)])
+        else:
+            pieces.append(_between(samples, weights, nodes**chosen.power, omega[places] ** chosen.power))
+        order.append(places)
+    chains = pieces[0] if len(pieces) == 1 else jnp.concatenate(pieces, axis=-1)[..., np.argsort(np.concatenate(order))]
+    return _finished(machine, poses, chains, omega, inverted)
+
+
+def _panels(omega: np.ndarray, chosen: Plan) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray | None]]:
+    """Per panel its frequencies by index, its nodes (rad/s), and their weights; None where the frequencies are the nodes."""
+    count = NODES * 2 // chosen.power
+    panel = np.searchsorted(chosen.edges[:-1], omega, side="right")
+    for number in np.unique(panel):
+        (places,) = np.nonzero(panel == number)
+        own = omega[places]
+        if len(places) <= count:
+            yield places, np.pad(own, (0, count - len(places)), mode="edge"), None
+        else:
+            low, high = own.min() ** chosen.power, own.max() ** chosen.power
+            angle = (2 * np.arange(count) + 1) * np.pi / (2 * count)
+            nodes = (low + high) / 2 + (high - low) / 2 * np.cos(angle)
+            yield places, nodes ** (1 / chosen.power), (-1.0) ** np.arange(count) * np.sin(angle)
+
+
+def _over_chains(machine: Machine, poses: Frame, stand: Stand, work: Callable[[Leg, Frame, Posture], _T]) -> list[_T]:
+    """What some work gives for every chain of the file, with the axes (copies, poses) in front."""
+    found, first = [], 0
+    for _, chain in sorted(machine.chains.items()):
+
+        def one(rotation: Scalar, own: Stand, pose: Frame, chain: Chain = chain) -> _T:
+            leg = Leg.standing(chain, rotation)
+            return work(leg, pose, inverse(leg, pose, own.signs) if own.postures is None else own.postures)  # type: ignore[arg-type]
+
+        copies = slice(first, first + chain.copies)
+        first = copies.stop
+        rotations = jnp.asarray([copy_rotation(chain, k) for k in range(chain.copies)])
+        if stand.postures is None:
+            own, axes = Stand(stand.signs[copies], None), Stand(None, None)
+        else:
+            own = Stand(None, jax.tree.map(lambda *c: jnp.stack(c), *stand.postures[copies]))
+            axes = Stand(None, 0)  # type: ignore[arg-type]
+        over_poses = jax.vmap(one, in_axes=(None, axes, 0))
+        found.append(jax.vmap(over_poses, in_axes=(0, 0, None))(rotations, own, poses))
+    return found
+
+
+@partial(jax.jit, static_argnames="effort")
+def _samples(machine: Machine, poses: Frame, stand: Stand, omega: Array, loss_factor: Scalar, effort: Effort) -> list[_Samples]:
+    """All chains at the nodes (rad/s)."""
+    excitation = Excitation(jnp.asarray(omega), loss_factor)
+
+    def sample(leg: Leg, pose: Frame, posture: Posture) -> _Samples:
+        part = leg_dynamics(leg, posture, machine.stock, excitation, effort)
+        arm = pose.direction(leg.platform_frame().origin)
+        carried = [w.carried(posture.heading, arm) for w in part.wrenches]
+        wrenches = [jnp.stack([jnp.asarray(c, dtype=float) for c in (*w.force, *w.moment)]) for w in carried]
+        pairs = list(zip(*np.triu_indices(len(wrenches)), strict=True))
+        entries = jnp.stack([part.stiffness[:, a, b] for a, b in pairs], axis=-1)
+        dyads = [jnp.outer(wrenches[a], wrenches[b]) for a, b in pairs]
+        spread = jnp.stack([(d if a == b else d + d.T)[UPPER] for d, (a, b) in zip(dyads, pairs, strict=True)])
+        return _Samples(jnp.where(posture.reach < 0, jnp.nan, entries), part.denominator, spread)
+
+    return _over_chains(machine, poses, stand, sample)
+
+
+@jax.jit
+def _at_nodes(samples: list[_Samples]) -> Array:
+    """(p, 21, nodes): upper triangle of all chains together at the nodes."""
+    total: Array = sum(jnp.einsum("cpnm,cpmu->pun", chain.stiffness, chain.spread) for chain in samples)  # type: ignore[assignment]
+    return total
+
+
+@jax.jit
+def _between(samples: list[_Samples], weights: Array, nodes: Array, places: Array) -> Array:
+    """(p, 21, n): upper triangle of all chains together, at places between the nodes on the scale of the interpolation."""
+    apart = places[:, None] - nodes
+    cauchy = weights / jnp.where(apart == 0, 1e-300, apart)
+    cauchy = cauchy / jnp.abs(cauchy).max(axis=1, keepdims=True)
+    total: Any = 0
+    for chain in samples:
+        denominator = chain.denominator[..., None]
+        both = jnp.concatenate([chain.stiffness * denominator, denominator], axis=-1)
+        mixed = jnp.einsum("fn,cpnm->cpmf", cauchy, both.real) + 1j * jnp.einsum("fn,cpnm->cpmf", cauchy, both.imag)
+        total += jnp.einsum("cpmf,cpmu->puf", mixed[..., :-1, :] / mixed[..., -1:, :], chain.spread)
+    return jnp.asarray(total)
+
+
+@partial(jax.jit, static_argnames="inverted")
+def _finished(machine: Machine, poses: Frame, chains: Array, omega: Array, inverted: bool) -> Array:
+    """(p, n, 6, 6): with the platform's inertia, and inverted."""
+    inertia = platform_inertia(machine, poses)[:, UPPER[0], UPPER[1]]
+    upper = chains - inertia[..., None] * jnp.square(omega)
+    matrix = Symmetric.of(6, [upper[:, k] for k in range(21)])
+    entries = (matrix.inverse() if inverted else matrix).full()
+    return jnp.stack([jnp.stack(row, axis=-1) for row in entries], axis=-2)
+
+
+@jax.jit
+def _arguments(machine: Machine, poses: Frame, stand: Stand, omega: Scalar) -> tuple[Array, Array]:
+    """Greatest wave number times length of a beam, and of the beams of a chain together, over all poses."""
+
+    def arguments(leg: Leg, _: Frame, posture: Posture) -> Array:
+        bars = [p for p in parts(walk(leg.chain.elements, posture), machine.stock) if isinstance(p, Bar)]
+        own = [wave_number(uniform(b.profile, machine.stock), omega) * jnp.abs(jnp.asarray(b.length)) for b in bars]
+        return jnp.stack([jnp.asarray(0.0), *own])
+
+    found = _over_chains(machine, poses, stand, arguments)
+    most = [jnp.nanmax(a) for a in found], [jnp.nanmax(a.sum(axis=-1)) for a in found]
+    return jnp.stack(most[0]).max(), jnp.stack(most[1]).max()

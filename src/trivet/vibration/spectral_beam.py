@@ -1,7 +1,7 @@
 """A vibrating uniform beam, exactly: the state at its far end from that at its near end, without a mesh.
 
-The state is the twist (v, w) of a section and the wrench (f, m) which the part beyond puts on it, in local axes, x along the beam.
-Stretching, torsion and the two bendings are apart.  Bending after Timoshenko, with e = E I, per length L:
+The state is the twist (v, w) of a section and the wrench (f, m) that the part beyond puts on it, in local axes, x along the
+beam.  Stretching, torsion and the two bendings are apart.  Bending after Timoshenko, with e = E I, per length L:
 
     w' = a + phi v,   a' = m,   v' = -z w,   m' = -v - r a                                              (d/d(x/L)),
 
@@ -64,18 +64,17 @@ def terms_for(argument: float) -> int:
     return n + 1
 
 
-def wave_argument(made: Uniform, length: float, omega: float) -> float:
-    """Greatest wave number times length of a beam at a frequency (rad/s), damping left out."""
-    square = omega**2
-    spread = max(made.mass / made.axial, made.polar / made.torsion) * square
-    bends = []
+def wave_number(made: Uniform, omega: Scalar) -> Array:
+    """Greatest wave number (1/m) of a beam at a frequency (rad/s), damping left out."""
+    square = jnp.square(omega)
+    found = [square * made.mass / made.axial, square * made.polar / made.torsion]
     for flexural, shear, rotary in (
         (made.flexural_z, made.shear_y, made.rotary_z),
         (made.flexural_y, made.shear_z, made.rotary_y),
     ):
         half = square * (made.mass / shear + rotary / flexural) / 2
-        bends.append(half + math.sqrt(half**2 + square * made.mass / flexural))
-    return length * math.sqrt(max(spread, *bends))
+        found.append(half + jnp.sqrt(half * half + square * made.mass / flexural))
+    return jnp.sqrt(jnp.stack(found).max())
 
 
 def _placed(matrix: Array, places: np.ndarray, signs: np.ndarray, rows: Sequence[Sequence[Array]]) -> Array:

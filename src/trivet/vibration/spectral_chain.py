@@ -1,17 +1,17 @@
 """One chain, exactly: the dynamic stiffness which it puts on the platform, as a ratio of entire functions of frequency.
 
-From the ground (at rest, any wrench) the state, a twist and a wrench, passes joints, masses and beams: S a, with one column of S
-per wrench of the ground, and one more for every slack screw.  A mass takes its inertia force out of the wrench, a spring adds its
-deflection, a slack screw adds its motion and the condition that the wrench has no power on it, a beam multiplies by its transfer
-matrix (`vibration.spectral_beam`).  At the platform joint
+From the ground (at rest, any wrench) the state, a twist and a wrench, passes joints, masses and beams: it is S a, with one column
+of S per wrench of the ground, and one more for every slack screw.  A mass takes its inertia force out of the wrench, a spring
+adds its deflection, a slack screw adds its motion and the condition that the wrench has no power on it, and a beam multiplies by
+its transfer matrix (`vibration.spectral_beam`).  At the platform joint
 
     [W0^T U]     [d]
     [  G   ] a = [0],       wrench = W0 b,  b = D d,
 
-with U the twists of S, G the conditions, W0 the wrenches that the last joint transmits and d = W0^T u the motions that they feel.
-D is the dynamic stiffness along W0, and the determinant q of the matrix is its denominator: all entries of S are entire
-functions, so q D has no poles either.  Nothing is divided on the way, rigid drives and beams without length are no exceptions, and
-at omega = 0 this is the static stiffness.
+with U the twists of S, G the conditions, W0 the wrenches which the last joint transmits, and d = W0^T u the motions that they
+feel.  D is the dynamic stiffness along W0, and the determinant q of the matrix is its denominator: all entries of S are entire
+functions of frequency, so q D has no poles either.  Nothing is divided on the way: rigid drives and beams without length are no
+exceptions, and at omega = 0 this is the static stiffness.
 """
 
 from __future__ import annotations
@@ -54,6 +54,15 @@ class Excitation(NamedTuple):
         return 1 + 1j * (self.loss_factor if own is None else own)
 
 
+class Effort(NamedTuple):
+    """How much the greatest frequency asks for (static: kernels are compiled for it)."""
+
+    terms: int
+    """Terms of the beams' series."""
+    segments: int
+    """Pieces of a beam, between which the basis of states is renewed: what grows like exp(k L) must not drown what decays."""
+
+
 class LegDynamics(NamedTuple):
     """A chain at n frequencies, in its own axes."""
 
@@ -65,7 +74,7 @@ class LegDynamics(NamedTuple):
     """(n,): q, up to one factor for all frequencies."""
 
 
-def leg_dynamics(leg: Leg, posture: Posture, stock: Stock, excitation: Excitation, terms: int) -> LegDynamics:
+def leg_dynamics(leg: Leg, posture: Posture, stock: Stock, excitation: Excitation, effort: Effort) -> LegDynamics:
     """A chain at one pose and n frequencies."""
     count = excitation.omega.shape
     states = jnp.zeros((*count, 12, 6), dtype=complex).at[..., 6:, :].set(jnp.eye(6))
@@ -84,7 +93,11 @@ def leg_dynamics(leg: Leg, posture: Posture, stock: Stock, excitation: Excitatio
                 states, rows = _slack(states, rows, part, excitation)
         elif isinstance(part, Bar):
             states = _moved(states, point, part.start.origin)
-            states = _along(part, stock, excitation, terms) @ states
+            step = _along(part, stock, excitation, effort)
+            for segment in range(effort.segments):
+                states = step @ states
+                if segment + 1 < effort.segments:
+                    states, rows = _renewed(states, rows)
             point = part.end
         elif isinstance(part, Arm):
             states, point = _moved(_moved(states, point, part.start), part.start, part.end), part.end
@@ -158,14 +171,23 @@ def _slack(states: Array, rows: list[Array], tie: Tie, excitation: Excitation) -
     return states, rows
 
 
-def _along(bar: Bar, stock: Stock, excitation: Excitation, terms: int) -> Array:
-    """(n, 12, 12): the state at the far end of a beam from that at its near end, in the chain's axes."""
+def _renewed(states: Array, rows: list[Array]) -> tuple[Array, list[Array]]:
+    """The same states as new unknowns, and the conditions so far with those that tie them to the old ones."""
+    fresh = jnp.broadcast_to(jnp.eye(12, dtype=complex), (*states.shape[:-1], 12))
+    tied = jnp.concatenate([states, -fresh], axis=-1)
+    return jnp.concatenate([jnp.zeros_like(states), fresh], axis=-1), [*rows, *(tied[..., k, :] for k in range(12))]
+
+
+def _along(bar: Bar, stock: Stock, excitation: Excitation, effort: Effort) -> Array:
+    """(n, 12, 12): the state at the far end of a piece of a beam from that at its near end, in the chain's axes."""
     made = uniform(bar.profile, stock)
     x, y, z = (_column(v) for v in beam_axes(bar.start, bar.axis))
     # The extended part of a slide may run backwards.
     ahead = jnp.where(jnp.asarray(bar.length) < 0, -1.0, 1.0)
     axes = jnp.stack([x * ahead, y, z * ahead], axis=-1)
-    inside = transfer(made, jnp.abs(jnp.asarray(bar.length)), excitation.square, excitation.elastic(made.loss_factor), terms)
+    length = jnp.abs(jnp.asarray(bar.length)) / effort.segments
+    elastic = excitation.elastic(made.loss_factor)
+    inside = transfer(made, length, excitation.square, elastic, effort.terms)
     turn = jnp.kron(jnp.eye(4), axes)
     return turn @ inside @ turn.T
 

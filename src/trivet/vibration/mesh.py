@@ -1,0 +1,244 @@
+"""A structure as finite elements: mass and stiffness on independent displacements, sparse.
+
+The structure is that of the statics (`statics.assembly`), its beams divided into elements.  Joints are exact: a connection makes the
+twist of its second node that of its first plus its screws' deflections, so nodes that are tied together share one set of
+displacements, and what closes a loop of rigid parts is taken out of them by its null space.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sp
+
+from trivet.errors import InputError
+from trivet.statics.assembly import GROUND, PLATFORM, NodeMass, Structure
+from trivet.statics.beam_element import BeamElement, global_stiffness, turned
+from trivet.statics.structure import carry
+from trivet.vibration.beam_mass import local_mass
+
+MOST_ELEMENTS = 400
+"""Elements of one beam."""
+CLOSED = 1e-9
+"""Singular value, against the greatest, of conditions that say nothing new."""
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A structure with N displacements (6 per node in {O}, then the deflections of the joints' screws) that follow from q."""
+
+    structure: Structure
+    """With its beams divided."""
+    transform: sp.csr_matrix
+    """(N, q): all displacements from the independent ones."""
+    mass: sp.csc_matrix
+    """(q, q), SI."""
+    stiffness: sp.csc_matrix
+    """(q, q), SI."""
+    loss: sp.csc_matrix
+    """(q, q): imaginary part of the stiffness of all that has a loss factor of its own, eta_own k."""
+    undetermined: sp.csc_matrix
+    """(q, q): stiffness of all that has none, and takes that of the analysis."""
+    viscosity: sp.csc_matrix
+    """(q, q): viscous damping of the joints."""
+
+    def dynamic_stiffness(self, omega: float, loss_factor: float) -> sp.csc_matrix:
+        """(q, q) complex: K (1 + i eta) + i omega C - omega^2 M."""
+        damped = self.stiffness + 1j * (self.loss + loss_factor * self.undetermined)
+        return damped + 1j * omega * self.viscosity - omega**2 * self.mass
+
+    def rows(self, node: int, at: np.ndarray | None = None) -> sp.csr_matrix:
+        """(6, q): twist of a node, or of a point rigid with it (m, in {O}), from the independent displacements."""
+        own = self.transform[6 * node : 6 * node + 6]
+        return own if at is None else sp.csr_matrix(carry(at - self.structure.nodes[node])) @ own
+
+
+def mesh(structure: Structure, elements: int | Mapping[str, int]) -> Mesh:
+    """A structure at one pose as finite elements.
+
+    Args:
+        structure: as `statics.assembly.assemble` gives it, without batch axes.
+        elements: per beam; or by the name of a beam ("link", or "leg-1.link"), one for those that are not named.
+    """
+    fine = divided(structure, elements)
+    nodes, joints = len(fine.nodes), sum(len(tie.rates) for tie in fine.connections)
+    size = 6 * nodes + joints
+    transform = _independent(fine)
+    masses, stiffnesses, losses, others = [], [], [], []
+    for beam in fine.beams:
+        dofs = np.r_[6 * beam.first : 6 * beam.first + 6, 6 * beam.second : 6 * beam.second + 6]
+        stiffness = global_stiffness(beam)
+        masses.append((dofs, turned(local_mass(beam), beam.axes)))
+        stiffnesses.append((dofs, stiffness))
+        own = beam.made_of.loss_factor
+        (others if own is None else losses).append((dofs, stiffness * (1 if own is None else own)))
+    for lump in fine.masses:
+        masses.append((np.arange(6 * lump.node, 6 * lump.node + 6), inertia_at_node(fine, lump)))
+    rates, loss, free, viscous = (np.zeros(size) for _ in range(4))
+    place = 6 * nodes
+    for tie in fine.connections:
+        own = slice(place, place + len(tie.rates))
+        place = own.stop
+        rates[own], viscous[own] = tie.rates, tie.viscosity
+        if tie.loss_factor is None:
+            free[own] = tie.rates
+        else:
+            loss[own] = tie.rates * tie.loss_factor
+
+    def reduced(blocks: list[tuple[np.ndarray, np.ndarray]], diagonal: np.ndarray | None = None) -> sp.csc_matrix:
+        whole = _scattered(blocks, size)
+        if diagonal is not None:
+            whole = whole + sp.diags(diagonal)
+        return sp.csc_matrix(transform.T @ whole @ transform)
+
+    return Mesh(
+        fine,
+        transform,
+        reduced(masses),
+        reduced(stiffnesses, rates),
+        reduced(losses, loss),
+        reduced(others, free),
+        reduced([], viscous),
+    )
+
+
+def divided(structure: Structure, elements: int | Mapping[str, int]) -> Structure:
+    """A structure with every beam divided into equal elements; new nodes come after the old ones."""
+    if structure.nodes.ndim != 2:
+        raise InputError("finite elements take one pose at a time")
+    if not isinstance(elements, int):
+        known = {name for beam in structure.beams for name in (beam.name, beam.name.partition(".")[2])}
+        for name in elements:
+            if name not in known:
+                raise InputError(f"elements: no beam is called {name}; there are {', '.join(sorted(known))}")
+    nodes, beams = list(structure.nodes), []
+    for beam in structure.beams:
+        count = _count(beam.name, elements)
+        ends = [beam.first]
+        for k in range(1, count):
+            share = k / count
+            nodes.append((1 - share) * structure.nodes[beam.first] + share * structure.nodes[beam.second])
+            ends.append(len(nodes) - 1)
+        ends.append(beam.second)
+        for first, second in zip(ends, ends[1:], strict=False):
+            beams.append(dataclasses.replace(beam, first=first, second=second, length=np.asarray(beam.length) / count))
+    return dataclasses.replace(structure, nodes=np.array(nodes), beams=tuple(beams))
+
+
+def _count(name: str, elements: int | Mapping[str, int]) -> int:
+    count = elements if isinstance(elements, int) else elements.get(name, elements.get(name.partition(".")[2], 1))
+    if not 1 <= count <= MOST_ELEMENTS:
+        raise InputError(f"elements: {count} for {name}; expected 1 to {MOST_ELEMENTS}")
+    return count
+
+
+def inertia_at_node(structure: Structure, lump: NodeMass) -> np.ndarray:
+    """(6, 6): inertia of a rigid mass at its node, in {O}."""
+    own = np.zeros((6, 6))
+    own[:3, :3], own[3:, 3:] = lump.mass * np.eye(3), lump.inertia
+    to = carry(lump.at - structure.nodes[lump.node])
+    turned_in: np.ndarray = to.T @ own @ to
+    return turned_in
+
+
+def _scattered(blocks: list[tuple[np.ndarray, np.ndarray]], size: int) -> sp.csr_matrix:
+    """Sum of dense blocks on sets of displacements."""
+    if not blocks:
+        return sp.csr_matrix((size, size))
+    rows = np.concatenate([np.repeat(dofs, len(dofs)) for dofs, _ in blocks])
+    columns = np.concatenate([np.tile(dofs, len(dofs)) for dofs, _ in blocks])
+    return sp.csr_matrix((np.concatenate([block.ravel() for _, block in blocks]), (rows, columns)), shape=(size, size))
+
+
+def _independent(structure: Structure) -> sp.csr_matrix:
+    """(N, q): all displacements from independent ones; the ground is at rest."""
+    nodes = len(structure.nodes)
+    starts = np.cumsum([0] + [len(tie.rates) for tie in structure.connections])
+    joints = int(starts[-1])
+    neighbours: list[list[int]] = [[] for _ in range(nodes)]
+    for number, tie in enumerate(structure.connections):
+        neighbours[tie.first].append(number)
+        neighbours[tie.second].append(number)
+    # The twist of a node: that of the root of its tree, carried, plus deflections of the screws between.
+    root = np.full(nodes, -1)
+    arms: dict[int, np.ndarray] = {}
+    screws: dict[int, dict[int, np.ndarray]] = {}
+    loops: list[int] = []
+    used: set[int] = set()
+    for start in (GROUND, PLATFORM, *range(nodes)):
+        if root[start] >= 0:
+            continue
+        root[start], arms[start], screws[start] = start, np.eye(6), {}
+        todo = [start]
+        while todo:
+            here = todo.pop()
+            for number in neighbours[here]:
+                if number in used:
+                    continue
+                used.add(number)
+                tie = structure.connections[number]
+                there, sign = (tie.second, 1.0) if tie.first == here else (tie.first, -1.0)
+                if root[there] >= 0:
+                    loops.append(number)
+                    continue
+                to = carry(tie.at - structure.nodes[here])
+                back = carry(structure.nodes[there] - tie.at)
+                step = back @ to
+                root[there], arms[there] = start, step @ arms[here]
+                screws[there] = {k: step @ s for k, s in screws[here].items()} | {number: sign * (back @ tie.screws)}
+                todo.append(there)
+    roots = [node for node in range(nodes) if root[node] == node and node != GROUND]
+    column = {node: 6 * k for k, node in enumerate(roots)}
+    first_joint = 6 * len(roots)
+    blocks: list[tuple[int, int, np.ndarray]] = []
+    for node in range(nodes):
+        if root[node] != GROUND:
+            blocks.append((6 * node, column[root[node]], arms[node]))
+        blocks += [(6 * node, first_joint + starts[number], s) for number, s in screws[node].items()]
+    blocks.append((6 * nodes, first_joint, np.eye(joints)))
+    transform = _blocks(blocks, (6 * nodes + joints, first_joint + joints))
+    if not loops:
+        return transform
+    conditions = []
+    for number in loops:
+        tie = structure.connections[number]
+        rows = [(0, 6 * tie.second, carry(tie.at - structure.nodes[tie.second]))]
+        rows += [(0, 6 * tie.first, -carry(tie.at - structure.nodes[tie.first])), (0, 6 * nodes + starts[number], -tie.screws)]
+        conditions.append(_blocks(rows, (6, 6 * nodes + joints)) @ transform)
+    return sp.csr_matrix(transform @ _null_space(sp.vstack(conditions).tocsc(), structure.scale))
+
+
+def _blocks(blocks: list[tuple[int, int, np.ndarray]], shape: tuple[int, int]) -> sp.csr_matrix:
+    """A sparse matrix of dense blocks, each given by its first row and column."""
+    rows, columns, values = [], [], []
+    for row, column, block in blocks:
+        i, j = np.indices(block.shape)
+        rows.append((row + i).ravel())
+        columns.append((column + j).ravel())
+        values.append(block.ravel())
+    return sp.csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=shape)
+
+
+def _null_space(conditions: sp.csc_matrix, scale: float) -> sp.csr_matrix:
+    """(q, q - rank): displacements that fulfil the conditions; those which take no part stay as they are."""
+    taking = np.flatnonzero(np.diff(conditions.indptr))
+    dense = conditions[:, taking].toarray()
+    units = np.tile(np.r_[np.full(3, 1 / scale), np.ones(3)], len(dense) // 6)
+    null = scipy.linalg.null_space(dense * units[:, None], rcond=CLOSED)
+    count = conditions.shape[1]
+    rest = np.setdiff1d(np.arange(count), taking)
+    keep = sp.csr_matrix((np.ones(len(rest)), (rest, np.arange(len(rest)))), shape=(count, len(rest)))
+    place = sp.csr_matrix((np.ones(len(taking)), (taking, np.arange(len(taking)))), shape=(count, len(taking)))
+    return sp.csr_matrix(sp.hstack([keep, place @ sp.csr_matrix(null)]))
+
+
+def element_names(structure: Structure) -> list[str]:
+    """Names of the beams, each once, in their order."""
+    return list(dict.fromkeys(beam.name for beam in structure.beams))
+
+
+__all__ = ["BeamElement", "Mesh", "divided", "element_names", "inertia_at_node", "mesh"]
