@@ -24,7 +24,9 @@ if TYPE_CHECKING:
     from trivet.study.comparison import Comparison, compare
     from trivet.study.datasets import save
     from trivet.study.forward import forward
+    from trivet.study.frf import FrequencyResponse, Minimum, frf, minimum_dynamic_stiffness
     from trivet.study.machines import switched
+    from trivet.study.modes import ModesReport, modes
     from trivet.study.pose import PoseReport, pose
     from trivet.study.singularity import SingularityReport, singularity_report
     from trivet.study.singularity_map import SingularityMap, singularity_map
@@ -40,7 +42,9 @@ _HOMES = {
     "trivet.study.comparison": ("Comparison", "compare"),
     "trivet.study.datasets": ("save",),
     "trivet.study.forward": ("forward",),
+    "trivet.study.frf": ("FrequencyResponse", "Minimum", "frf", "minimum_dynamic_stiffness"),
     "trivet.study.machines": ("switched",),
+    "trivet.study.modes": ("ModesReport", "modes"),
     "trivet.study.pose": ("PoseReport", "pose"),
     "trivet.study.singularity": ("SingularityReport", "singularity_report"),
     "trivet.study.singularity_map": ("SingularityMap", "singularity_map"),
@@ -48,10 +52,10 @@ _HOMES = {
 }
 
 __all__ = [
-    "Comparison", "Forward", "InputError", "Machine", "NoResultError", "PoseReport", "SingularityMap", "SingularityReport",
-    "StiffnessMap", "Surface", "TrivetError", "catalogue", "compare", "dimensions", "figure", "forward", "hemisphere", "load",
-    "parse", "pose", "save", "schema", "singularity_map", "singularity_report", "stiffness_map", "switched", "to_mjcf",
-    "to_text", "write", "write_mjcf",
+    "Comparison", "Forward", "FrequencyResponse", "InputError", "Machine", "Minimum", "ModesReport", "NoResultError",
+    "PoseReport", "SingularityMap", "SingularityReport", "StiffnessMap", "Surface", "TrivetError", "catalogue", "compare", "dimensions",
+    "figure", "forward", "frf", "hemisphere", "load", "minimum_dynamic_stiffness", "modes", "parse", "pose", "save", "schema",
+    "singularity_map", "singularity_report", "stiffness_map", "switched", "to_mjcf", "to_text", "write", "write_mjcf",
 ]  # fmt: skip
 
 

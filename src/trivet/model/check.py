@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Iterable, Iterator
 
+import numpy as np
+
 from trivet.errors import InputError, nearest, shown
 from trivet.model.elements import (
     Beam,
@@ -20,7 +22,7 @@ from trivet.model.elements import (
     Spherical,
     Universal,
 )  # fmt: skip
-from trivet.model.machine import Chain, Machine
+from trivet.model.machine import Chain, Machine, Platform
 from trivet.model.section import General, Tube
 
 SOFTEST = 1e-3
@@ -53,13 +55,59 @@ def check(machine: Machine, known_materials: Iterable[str] = ()) -> None:
         if platform.mass is not None:
             raise InputError("platform.mass: given together with platform.disc; keep one of them")
         _defined("platform.disc.material", platform.disc.material, machine.materials, materials)
-    if platform.inertia is not None and platform.mass is None:
-        raise InputError("platform.inertia: needs platform.mass beside it")
+    _check_platform(platform)
     for name, chain in machine.chains.items():
         for path, profile in _profiles(f"chains.{name}", chain):
             _defined(f"{path}.section", profile.section, machine.sections, machine.sections)
             _defined(f"{path}.material", profile.material, machine.materials, materials)
         _check_chain(f"chains.{name}", chain)
+
+
+def _check_platform(platform: Platform) -> None:
+    if platform.inertia is None:
+        if platform.products_of_inertia is not None:
+            raise InputError("platform.products_of_inertia: needs platform.inertia beside it")
+        return
+    if platform.mass is None:
+        raise InputError("platform.inertia: needs platform.mass beside it")
+    xy, xz, yz = platform.products_of_inertia or (0.0, 0.0, 0.0)
+    xx, yy, zz = platform.inertia
+    _check_moments("platform.inertia", np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+
+
+def _check_moments(path: str, inertia: np.ndarray) -> None:
+    """No body has a principal moment of inertia below zero, or greater than the other two together."""
+    principal = np.linalg.eigvalsh(inertia)
+    slack = 1e-6 * abs(principal[2])
+    if principal[0] < -slack or principal[2] > principal[0] + principal[1] + slack:
+        written = ", ".join(f"{value * 1e6:g}" for value in principal)
+        raise InputError(f"{path}: principal moments {written} kg mm^2; no body has one above the other two together")
+
+
+def _check_lump(path: str, joint: Joint) -> None:
+    for key in ("centre_of_mass", "inertia"):
+        if getattr(joint, key) is not None and joint.mass is None:
+            raise InputError(f"{path}.{key}: needs {path}.mass beside it")
+    if joint.inertia is not None:
+        _check_moments(f"{path}.inertia", np.diag(joint.inertia))
+
+
+def _check_bearing(path: str, joint: Joint) -> None:
+    """A bearing yields across the joint's freedom: along the freedom the joint's own stiffness, or its drive's, is at work."""
+    if joint.bearing is None:
+        return
+    if isinstance(joint, Spherical):
+        along, about = [], list(np.eye(3))
+    elif isinstance(joint, Universal):
+        along, about = [], [np.array(axis) for axis in joint.axes]
+    elif isinstance(joint, Revolute):
+        along, about = [], [np.array(joint.axis)]
+    else:
+        along, about = [np.array(joint.axis) if isinstance(joint, Prismatic) else np.eye(3)[1]], []
+    for keys, freedoms in ((("x", "y", "z"), along), (("rx", "ry", "rz"), about)):
+        for key, axis in zip(keys, np.eye(3), strict=True):
+            if getattr(joint.bearing, key) is not None and any(abs(axis @ freedom) > 1e-12 for freedom in freedoms):
+                raise InputError(f"{path}.bearing.{key}: the joint itself moves that way; a bearing yields across its freedom")
 
 
 def _check_chain(path: str, chain: Chain) -> None:
@@ -70,6 +118,9 @@ def _check_chain(path: str, chain: Chain) -> None:
         if names.count(element.name) > 1:
             raise InputError(f"{here}.name: two elements of this chain have this name; give each its own")
         _check_travel(here, element)
+        if isinstance(element, Joint):
+            _check_lump(here, element)
+            _check_bearing(here, element)
         if isinstance(element, Spherical):
             _check_ball(here, element)
         if isinstance(element, Universal):

@@ -1,30 +1,28 @@
 """A structure as finite elements: mass and stiffness on independent displacements, sparse.
 
-The structure is that of the statics (`statics.assembly`), its beams divided into elements.  Joints are exact: a connection makes the
-twist of its second node that of its first plus its screws' deflections, so nodes that are tied together share one set of
-displacements, and what closes a loop of rigid parts is taken out of them by its null space.
+The structure is that of the statics (`statics.assembly`), its beams divided into elements; joints are exact
+(`vibration.independent`).
 """
 
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
 import scipy.sparse as sp
 
 from trivet.errors import InputError
-from trivet.statics.assembly import GROUND, PLATFORM, NodeMass, Structure
-from trivet.statics.beam_element import BeamElement, global_stiffness, turned
+from trivet.statics.assembly import NodeMass, Structure
+from trivet.statics.beam_element import global_stiffness, turned
 from trivet.statics.structure import carry
 from trivet.vibration.beam_mass import local_mass
+from trivet.vibration.independent import independent
 
 MOST_ELEMENTS = 400
 """Elements of one beam."""
-CLOSED = 1e-9
-"""Singular value, against the greatest, of conditions that say nothing new."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +33,8 @@ class Mesh:
     """With its beams divided."""
     transform: sp.csr_matrix
     """(N, q): all displacements from the independent ones."""
+    inertia: sp.csr_matrix
+    """(N, N): mass on all displacements, those of the ground included."""
     mass: sp.csc_matrix
     """(q, q), SI."""
     stiffness: sp.csc_matrix
@@ -67,8 +67,8 @@ def mesh(structure: Structure, elements: int | Mapping[str, int]) -> Mesh:
     fine = divided(structure, elements)
     nodes, joints = len(fine.nodes), sum(len(tie.rates) for tie in fine.connections)
     size = 6 * nodes + joints
-    transform = _independent(fine)
-    masses, stiffnesses, losses, others = [], [], [], []
+    transform = independent(fine)
+    masses, stiffnesses, losses, others = (list[tuple[np.ndarray, np.ndarray]]() for _ in range(4))
     for beam in fine.beams:
         dofs = np.r_[6 * beam.first : 6 * beam.first + 6, 6 * beam.second : 6 * beam.second + 6]
         stiffness = global_stiffness(beam)
@@ -98,6 +98,7 @@ def mesh(structure: Structure, elements: int | Mapping[str, int]) -> Mesh:
     return Mesh(
         fine,
         transform,
+        _scattered(masses, size),
         reduced(masses),
         reduced(stiffnesses, rates),
         reduced(losses, loss),
@@ -124,7 +125,7 @@ def divided(structure: Structure, elements: int | Mapping[str, int]) -> Structur
             nodes.append((1 - share) * structure.nodes[beam.first] + share * structure.nodes[beam.second])
             ends.append(len(nodes) - 1)
         ends.append(beam.second)
-        for first, second in zip(ends, ends[1:], strict=False):
+        for first, second in itertools.pairwise(ends):
             beams.append(dataclasses.replace(beam, first=first, second=second, length=np.asarray(beam.length) / count))
     return dataclasses.replace(structure, nodes=np.array(nodes), beams=tuple(beams))
 
@@ -152,93 +153,3 @@ def _scattered(blocks: list[tuple[np.ndarray, np.ndarray]], size: int) -> sp.csr
     rows = np.concatenate([np.repeat(dofs, len(dofs)) for dofs, _ in blocks])
     columns = np.concatenate([np.tile(dofs, len(dofs)) for dofs, _ in blocks])
     return sp.csr_matrix((np.concatenate([block.ravel() for _, block in blocks]), (rows, columns)), shape=(size, size))
-
-
-def _independent(structure: Structure) -> sp.csr_matrix:
-    """(N, q): all displacements from independent ones; the ground is at rest."""
-    nodes = len(structure.nodes)
-    starts = np.cumsum([0] + [len(tie.rates) for tie in structure.connections])
-    joints = int(starts[-1])
-    neighbours: list[list[int]] = [[] for _ in range(nodes)]
-    for number, tie in enumerate(structure.connections):
-        neighbours[tie.first].append(number)
-        neighbours[tie.second].append(number)
-    # The twist of a node: that of the root of its tree, carried, plus deflections of the screws between.
-    root = np.full(nodes, -1)
-    arms: dict[int, np.ndarray] = {}
-    screws: dict[int, dict[int, np.ndarray]] = {}
-    loops: list[int] = []
-    used: set[int] = set()
-    for start in (GROUND, PLATFORM, *range(nodes)):
-        if root[start] >= 0:
-            continue
-        root[start], arms[start], screws[start] = start, np.eye(6), {}
-        todo = [start]
-        while todo:
-            here = todo.pop()
-            for number in neighbours[here]:
-                if number in used:
-                    continue
-                used.add(number)
-                tie = structure.connections[number]
-                there, sign = (tie.second, 1.0) if tie.first == here else (tie.first, -1.0)
-                if root[there] >= 0:
-                    loops.append(number)
-                    continue
-                to = carry(tie.at - structure.nodes[here])
-                back = carry(structure.nodes[there] - tie.at)
-                step = back @ to
-                root[there], arms[there] = start, step @ arms[here]
-                screws[there] = {k: step @ s for k, s in screws[here].items()} | {number: sign * (back @ tie.screws)}
-                todo.append(there)
-    roots = [node for node in range(nodes) if root[node] == node and node != GROUND]
-    column = {node: 6 * k for k, node in enumerate(roots)}
-    first_joint = 6 * len(roots)
-    blocks: list[tuple[int, int, np.ndarray]] = []
-    for node in range(nodes):
-        if root[node] != GROUND:
-            blocks.append((6 * node, column[root[node]], arms[node]))
-        blocks += [(6 * node, first_joint + starts[number], s) for number, s in screws[node].items()]
-    blocks.append((6 * nodes, first_joint, np.eye(joints)))
-    transform = _blocks(blocks, (6 * nodes + joints, first_joint + joints))
-    if not loops:
-        return transform
-    conditions = []
-    for number in loops:
-        tie = structure.connections[number]
-        rows = [(0, 6 * tie.second, carry(tie.at - structure.nodes[tie.second]))]
-        rows += [(0, 6 * tie.first, -carry(tie.at - structure.nodes[tie.first])), (0, 6 * nodes + starts[number], -tie.screws)]
-        conditions.append(_blocks(rows, (6, 6 * nodes + joints)) @ transform)
-    return sp.csr_matrix(transform @ _null_space(sp.vstack(conditions).tocsc(), structure.scale))
-
-
-def _blocks(blocks: list[tuple[int, int, np.ndarray]], shape: tuple[int, int]) -> sp.csr_matrix:
-    """A sparse matrix of dense blocks, each given by its first row and column."""
-    rows, columns, values = [], [], []
-    for row, column, block in blocks:
-        i, j = np.indices(block.shape)
-        rows.append((row + i).ravel())
-        columns.append((column + j).ravel())
-        values.append(block.ravel())
-    return sp.csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=shape)
-
-
-def _null_space(conditions: sp.csc_matrix, scale: float) -> sp.csr_matrix:
-    """(q, q - rank): displacements that fulfil the conditions; those which take no part stay as they are."""
-    taking = np.flatnonzero(np.diff(conditions.indptr))
-    dense = conditions[:, taking].toarray()
-    units = np.tile(np.r_[np.full(3, 1 / scale), np.ones(3)], len(dense) // 6)
-    null = scipy.linalg.null_space(dense * units[:, None], rcond=CLOSED)
-    count = conditions.shape[1]
-    rest = np.setdiff1d(np.arange(count), taking)
-    keep = sp.csr_matrix((np.ones(len(rest)), (rest, np.arange(len(rest)))), shape=(count, len(rest)))
-    place = sp.csr_matrix((np.ones(len(taking)), (taking, np.arange(len(taking)))), shape=(count, len(taking)))
-    return sp.csr_matrix(sp.hstack([keep, place @ sp.csr_matrix(null)]))
-
-
-def element_names(structure: Structure) -> list[str]:
-    """Names of the beams, each once, in their order."""
-    return list(dict.fromkeys(beam.name for beam in structure.beams))
-
-
-__all__ = ["BeamElement", "Mesh", "divided", "element_names", "inertia_at_node", "mesh"]

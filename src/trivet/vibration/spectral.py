@@ -36,8 +36,12 @@ NODES = 24
 """Nodes of a panel; also the least number of frequencies of a compiled call."""
 PANEL = 6.0
 """Wave number times length, summed over a chain, which one panel of frequencies may add."""
+TERMS = 8
+"""Terms of the series are taken by so many at a time, since kernels are compiled for every number of them."""
 PIECE = 8.0
 """Wave number times length of a piece of a beam."""
+PADDED = 200
+"""Frequencies of a panel are filled up to a multiple of this, since kernels are compiled for every number of them."""
 CHUNK = 64
 """Poses of a call."""
 
@@ -91,25 +95,35 @@ def receptance(machine: Machine, pose: Frame, signs: Any, frequency: Any, loss_f
     Raises:
         NoResultError: a chain turns freely, or does not close numerically.
     """
-    return _answer(machine, pose, signs, frequency, loss_factor, inverted=True)
+    return prepared(machine, pose, signs, float(np.max(frequency)), loss_factor)(frequency)
 
 
 def dynamic_stiffness(machine: Machine, pose: Frame, signs: Any, frequency: Any, loss_factor: Scalar = 0.02) -> Array:
     """Dynamic stiffness (..., n, 6, 6) at the platform centre, the inverse of the `receptance`; arguments as there."""
-    return _answer(machine, pose, signs, frequency, loss_factor, inverted=False)
+    return prepared(machine, pose, signs, float(np.max(frequency)), loss_factor, inverted=False)(frequency)
 
 
-def _answer(machine: Machine, pose: Frame, signs: Any, frequency: Any, loss_factor: Scalar, *, inverted: bool) -> Array:
+def prepared(
+    machine: Machine, pose: Frame, signs: Any, highest: float, loss_factor: Scalar = 0.02, *, inverted: bool = True
+) -> Callable[[Any], Array]:
+    """`receptance` as a function of frequencies (n,) up to a highest one (Hz), for who asks more than once.
+
+    With `inverted` false it is the dynamic stiffness.
+    """
     poses = jax.tree.map(lambda c: np.atleast_1d(np.asarray(c, dtype=float)), pose)
     stand = standing(machine, pose, signs)
-    omega = 2 * math.pi * np.asarray(frequency, dtype=float).ravel()
-    chosen = plan(machine, poses, stand, float(omega.max()))
-    found = []
-    for start in range(0, len(poses.origin.x), CHUNK):
-        some = jax.tree.map(lambda c, start=start: c[start : start + CHUNK], poses)
-        found.append(kernel(machine, some, stand, omega, loss_factor, chosen, inverted=inverted))
-    matrix = jnp.concatenate(found) if len(found) > 1 else found[0]
-    return matrix if np.ndim(pose.origin.x) else matrix[0]
+    chosen = plan(machine, poses, stand, 2 * math.pi * highest)
+
+    def answer(frequency: Any) -> Array:
+        omega = 2 * math.pi * np.asarray(frequency, dtype=float).ravel()
+        found = []
+        for start in range(0, len(poses.origin.x), CHUNK):
+            some = jax.tree.map(lambda c, start=start: c[start : start + CHUNK], poses)
+            found.append(kernel(machine, some, stand, omega, loss_factor, chosen, inverted=inverted))
+        matrix = jnp.concatenate(found) if len(found) > 1 else found[0]
+        return matrix if np.ndim(pose.origin.x) else matrix[0]
+
+    return answer
 
 
 def standing(machine: Machine, pose: Frame, signs: Any) -> Stand:
@@ -127,7 +141,7 @@ def plan(machine: Machine, poses: Frame, stand: Stand, highest: float) -> Plan:
     viscous = any(isinstance(e, Joint) and e.viscosity is not None for c in machine.chains.values() for e in c.elements)
     # Bending waves shorten with the root of the frequency.
     edges = tuple(highest * (k / panels) ** 2 for k in range(1, panels + 1))
-    return Plan(Effort(terms_for(longest / segments), segments), edges, 1 if viscous else 2)
+    return Plan(Effort(-(-terms_for(longest / segments) // TERMS) * TERMS, segments), edges, 1 if viscous else 2)
 
 
 def kernel(
@@ -138,12 +152,13 @@ def kernel(
     for places, nodes, weights in _panels(omega, chosen):
         samples = _samples(machine, poses, stand, nodes, loss_factor, chosen.effort)
         if weights is None:
-            pieces.append(_at_nodes(samples)[..., : len(places)])
+            at, chains = nodes, _at_nodes(samples)
         else:
-            pieces.append(_between(samples, weights, nodes**chosen.power, omega[places] ** chosen.power))
+            at = np.pad(omega[places], (0, -len(places) % PADDED), mode="edge")
+            chains = _between(samples, weights, nodes**chosen.power, at**chosen.power)
+        pieces.append(_finished(machine, poses, chains, at, inverted)[:, : len(places)])
         order.append(places)
-    chains = pieces[0] if len(pieces) == 1 else jnp.concatenate(pieces, axis=-1)[..., np.argsort(np.concatenate(order))]
-    return _finished(machine, poses, chains, omega, inverted)
+    return pieces[0] if len(pieces) == 1 else jnp.concatenate(pieces, axis=1)[:, np.argsort(np.concatenate(order))]
 
 
 def _panels(omega: np.ndarray, chosen: Plan) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray | None]]:

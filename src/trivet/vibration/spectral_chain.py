@@ -1,9 +1,9 @@
 """One chain, exactly: the dynamic stiffness which it puts on the platform, as a ratio of entire functions of frequency.
 
-From the ground (at rest, any wrench) the state, a twist and a wrench, passes joints, masses and beams: it is S a, with one column
-of S per wrench of the ground, and one more for every slack screw.  A mass takes its inertia force out of the wrench, a spring
-adds its deflection, a slack screw adds its motion and the condition that the wrench has no power on it, and a beam multiplies by
-its transfer matrix (`vibration.spectral_beam`).  At the platform joint
+From the ground (at rest, any wrench) the state, a twist and a wrench, passes joints, masses and beams.  It is S a, with one
+column of S per wrench of the ground, and one more for every slack screw.  A mass takes its inertia force out of the wrench, a
+spring adds its deflection, a slack screw adds its motion and the condition that the wrench has no power on it, and a beam
+multiplies by its transfer matrix (`vibration.spectral_beam`).  At the platform joint
 
     [W0^T U]     [d]
     [  G   ] a = [0],       wrench = W0 b,  b = D d,

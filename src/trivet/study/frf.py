@@ -1,0 +1,206 @@
+"""Frequency responses of a machine at a pose, and its minimum dynamic stiffness (paper sections 3.3.2 and 4.2)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from trivet.errors import InputError, nearest
+from trivet.model.elements import Joint
+from trivet.statics.assembly import assemble
+from trivet.statics.objective import AXES
+from trivet.study.machines import MachineLike
+from trivet.study.pose import PoseReport, pose
+from trivet.vibration import spectral
+from trivet.vibration.modes import exact_frequencies, modes
+from trivet.vibration.resonance import Peak, greatest
+from trivet.vibration.response import METHODS, OUTPUTS, Damping, Method, per, receptance
+
+MOST_FREQUENCIES = 1_000_000
+AROUND = np.linspace(-3, 3, 25)
+"""Where, in half-power widths from a resonance, a response is looked at besides its regular frequencies."""
+
+
+class Minimum(NamedTuple):
+    """Minimum of the dynamic stiffness 1/|H_jj| over frequency."""
+
+    direction: str
+    """x, y, z, rx, ry or rz."""
+    stiffness: float
+    """N/m, or N m/rad."""
+    frequency: float
+    """Hz."""
+
+
+@dataclass(frozen=True)
+class FrequencyResponse:
+    """Response of one place of a machine to loads at another; in SI and {O}, exp(+i omega t)."""
+
+    at: PoseReport
+    frequency: np.ndarray
+    """(n,) Hz."""
+    receptance: np.ndarray
+    """(n, 6, 6): [u; w] at the response = H [F; M] at the excitation, m/N, rad/N, rad/(N m)."""
+    response: str
+    excitation: str
+    method: Method
+    damping: Damping
+    loss_factor: float
+    natural: np.ndarray
+    """Natural frequencies within the range, Hz."""
+
+    def entry(self, name: str, output: str = "receptance") -> np.ndarray:
+        """(n,) one response: "xx", "x_ry" (motion, then load)."""
+        first, second = directions(name)
+        return self.as_output(output)[:, AXES.index(first), AXES.index(second)]
+
+    def as_output(self, output: str) -> np.ndarray:
+        """(n, 6, 6) as receptance (m/N), mobility (m/s/N) or accelerance (m/s^2/N)."""
+        if output not in OUTPUTS:
+            raise InputError(f"output '{output}' is not known{nearest(output, OUTPUTS)}")
+        return per(output, self.receptance, self.frequency)
+
+    @cached_property
+    def minima(self) -> list[Minimum]:
+        """Minimum dynamic stiffness along and about x, y and z within the range of frequencies."""
+        diagonal = range(6)
+        peaks = greatest(
+            lambda f: np.abs(self._evaluated(f)[:, diagonal, diagonal]),
+            float(self.frequency[0]),
+            float(self.frequency[-1]),
+            _least_damping(self.at, self.loss_factor),
+        )
+        return [_minimum(axis, peak) for axis, peak in zip(AXES, peaks, strict=True)]
+
+    def _evaluated(self, frequency: np.ndarray) -> np.ndarray:
+        machine, frame, signs = self.at.machine, self.at.frame, self.at.signs
+        if self.method == "exact" and self.response == self.excitation == "platform":
+            answer = spectral.prepared(machine, frame, signs, float(self.frequency[-1]), self.loss_factor)
+            return np.asarray(answer(frequency))
+        return receptance(
+            machine,
+            frame,
+            signs,
+            frequency,
+            response=self.response,
+            excitation=self.excitation,
+            method=self.method,
+            loss_factor=self.loss_factor,
+            damping=self.damping,
+        )
+
+
+def frf(
+    machine: MachineLike,
+    position: Sequence[float] | None = None,
+    azimuth: float | None = None,
+    tilt: float | None = None,
+    roll: float | None = None,
+    *,
+    mode: str | None = None,
+    strict: bool = True,
+    low: float = 5.0,
+    high: float = 3000.0,
+    points: int = 2000,
+    response: str = "platform",
+    excitation: str = "platform",
+    method: Method = "exact",
+    damping: Damping = "structural",
+    loss_factor: float = 0.02,
+) -> FrequencyResponse:
+    """Frequency responses of a machine at a pose.
+
+    Args:
+        machine, position, azimuth, tilt, roll, mode, strict: as for `pose`.
+        low, high: range of frequencies, Hz.
+        points: equally spaced frequencies; around every resonance more are added.
+        response, excitation: places: "platform" (its centre), "tool" (its tip), a joint ("leg-1.hinge"), a share of a beam
+            ("leg-1.link@0.5").
+        method: "exact" (no mesh), "direct" (a mesh, solved at every frequency) or "modal" (its modes).
+        damping: "structural", K (1 + i eta); or "modal", zeta = eta / 2, with the method "modal".
+        loss_factor: eta of all that has no loss factor of its own; 0.02 is the paper's damping ratio of 1 %.
+
+    Raises:
+        InputError: for a range that does not rise from above zero, a negative loss factor, an unknown place or method.
+        NoResultError: the pose is not reached, or the machine moves there without resistance.
+    """
+    if method not in METHODS:
+        raise InputError(f"method '{method}' is not known{nearest(method, METHODS)}")
+    if damping not in ("structural", "modal"):
+        raise InputError(f"damping '{damping}' is not known{nearest(damping, ('structural', 'modal'))}")
+    if not (math.isfinite(low) and math.isfinite(high) and 0 < low < high):
+        raise InputError(f"frequencies: {low:g} Hz to {high:g} Hz; expected a range that rises from above 0 Hz")
+    if not 2 <= points <= MOST_FREQUENCIES:
+        raise InputError(f"points: {points}; expected 2 to {MOST_FREQUENCIES} frequencies")
+    if not 0 <= loss_factor < 2:
+        raise InputError(f"loss factor: {loss_factor:g}; expected 0 or more, and below 2")
+    at = pose(machine, position, azimuth, tilt, roll, mode=mode, strict=strict)
+    natural = natural_frequencies(at, low, high)
+    width = natural[:, None] * max(_least_damping(at, loss_factor), 1e-6) / 2
+    around = (natural[:, None] + width * AROUND).ravel()
+    frequency = np.unique(np.r_[np.linspace(low, high, points), around[(around > low) & (around < high)]])
+    answer = receptance(
+        at.machine,
+        at.frame,
+        at.signs,
+        frequency,
+        response=response,
+        excitation=excitation,
+        method=method,
+        loss_factor=loss_factor,
+        damping=damping,
+    )
+    return FrequencyResponse(at, frequency, answer, response, excitation, method, damping, loss_factor, natural)
+
+
+def minimum_dynamic_stiffness(
+    at: PoseReport, low: float = 1.0, high: float = 20000.0, loss_factor: float = 0.02
+) -> list[Minimum]:
+    """Minimum over frequency of 1/|H_jj| at the platform centre along and about x, y and z, structural damping.
+
+    Raises:
+        InputError: for a range that does not rise from above zero, or no damping.
+    """
+    answer = spectral.prepared(at.machine, at.frame, at.signs, high, loss_factor)
+    diagonal = range(6)
+    peaks = greatest(lambda f: np.abs(np.asarray(answer(f))[:, diagonal, diagonal]), low, high, _least_damping(at, loss_factor))
+    return [_minimum(axis, peak) for axis, peak in zip(AXES, peaks, strict=True)]
+
+
+def natural_frequencies(at: PoseReport, low: float, high: float) -> np.ndarray:
+    """Natural frequencies within a range, Hz."""
+    structure = assemble(at.machine, at.frame, at.signs)
+    count = 12
+    while True:
+        found = modes(at.machine, at.frame, at.signs, count)
+        if found.mesh_frequency[-1] > 1.05 * high or len(found.mesh_frequency) < count:
+            break
+        count *= 2
+    near = found.mesh_frequency[found.mesh_frequency < 1.05 * high]
+    exact = exact_frequencies(structure, near) if len(near) else near
+    inside: np.ndarray = exact[(exact >= low) & (exact <= high)]
+    return inside
+
+
+def directions(name: str) -> tuple[str, str]:
+    """Directions of the motion and of the load in the name of a response: "xx", "zz", "x_ry", "rz_rz"."""
+    first, _, second = name.partition("_") if "_" in name else (name[: len(name) // 2], "", name[len(name) // 2 :])
+    if first not in AXES or second not in AXES:
+        raise InputError(f"response '{name}': expected two of {', '.join(AXES)}, as in xx or x_ry")
+    return first, second
+
+
+def _minimum(axis: str, peak: Peak) -> Minimum:
+    return Minimum(axis, 1 / peak.size, peak.frequency)
+
+
+def _least_damping(at: PoseReport, loss_factor: float) -> float:
+    """The least loss factor of any part."""
+    elements = [e for leg in at.machine.legs for e in leg.chain.elements if isinstance(e, Joint)]
+    own = [e.loss_factor for e in elements] + [m.loss_factor for m in at.machine.materials.values()]
+    return min([loss_factor, *(float(value) for value in own if value is not None and value > 0)])

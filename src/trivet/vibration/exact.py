@@ -1,0 +1,119 @@
+"""Exact dynamic stiffness between all nodes of a structure: its beams by their transfer matrices, the rest as in the mesh.
+
+It goes where the fast path of `vibration.spectral` does not: to any point of a machine, and to its modes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from trivet.statics.assembly import Structure
+from trivet.statics.beam_element import BeamElement, Uniform, turned
+from trivet.vibration.mesh import Mesh, inertia_at_node, mesh
+from trivet.vibration.spectral_beam import Array, terms_for, transfer, wave_number
+
+SHORT = 2.0
+"""Wave number times length of an element below which no element resonates between its own ends (the first at 3.14)."""
+
+
+def exact_mesh(structure: Structure, highest: float) -> Mesh:
+    """A structure, its beams divided so that no element resonates between its ends up to a highest frequency (rad/s)."""
+    counts: dict[str, int] = {}
+    for beam in structure.beams:
+        argument = float(wave_number(beam.made_of, highest)) * float(beam.length)
+        counts[beam.name] = max(1, math.ceil(argument / SHORT))
+    return mesh(structure, counts)
+
+
+class ExactStructure:
+    """Dynamic stiffness of a structure as a function of frequency, on the independent displacements of a mesh."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        self.mesh = mesh
+        structure = mesh.structure
+        self._transform = mesh.transform.toarray()
+        self._beams = _kinds(structure.beams)
+        self._dofs = [np.r_[6 * b.first : 6 * b.first + 6, 6 * b.second : 6 * b.second + 6] for b in structure.beams]
+        size = self._transform.shape[0]
+        self._mass = np.zeros((size, size))
+        for lump in structure.masses:
+            own = slice(6 * lump.node, 6 * lump.node + 6)
+            self._mass[own, own] += inertia_at_node(structure, lump)
+        self._ties = structure.connections
+        self._first_joint = 6 * len(structure.nodes)
+
+    def real(self, square: float) -> tuple[np.ndarray, np.ndarray]:
+        """(q, q) undamped dynamic stiffness at omega^2, and its derivative with respect to omega^2, with the sign of a mass."""
+        size = len(self._transform)
+        stiffness, mass = np.zeros((size, size)), self._mass.copy()
+        for (made, length, terms), numbers in self._beams:
+            value, slope = _undamped(made, length, terms, square)
+            for number in numbers:
+                axes, dofs = self.mesh.structure.beams[number].axes, self._dofs[number]
+                stiffness[np.ix_(dofs, dofs)] += turned(np.asarray(value), axes)
+                mass[np.ix_(dofs, dofs)] -= turned(np.asarray(slope), axes)
+        stiffness -= square * self._mass
+        self._add_springs(stiffness, lambda tie: tie.rates)
+        return self._transform.T @ stiffness @ self._transform, self._transform.T @ mass @ self._transform
+
+    def damped(self, omega: float, loss_factor: float) -> np.ndarray:
+        """(q, q) complex dynamic stiffness at a frequency (rad/s)."""
+        size = len(self._transform)
+        stiffness = np.zeros((size, size), dtype=complex)
+        for (made, length, terms), numbers in self._beams:
+            own = loss_factor if made.loss_factor is None else made.loss_factor
+            value = np.asarray(_damped(made, length, terms, omega**2, own))
+            for number in numbers:
+                dofs = self._dofs[number]
+                stiffness[np.ix_(dofs, dofs)] += turned(value, self.mesh.structure.beams[number].axes)
+        stiffness -= omega**2 * self._mass
+
+        def rates(tie: Any) -> np.ndarray:
+            own = loss_factor if tie.loss_factor is None else tie.loss_factor
+            complex_rates: np.ndarray = tie.rates * (1 + 1j * own) + 1j * omega * tie.viscosity
+            return complex_rates
+
+        self._add_springs(stiffness, rates)
+        return self._transform.T @ stiffness @ self._transform
+
+    def _add_springs(self, stiffness: np.ndarray, rates: Callable[[Any], np.ndarray]) -> None:
+        place = self._first_joint
+        for tie in self._ties:
+            own = np.arange(place, place + len(tie.rates))
+            stiffness[own, own] += rates(tie)
+            place += len(tie.rates)
+
+
+def _kinds(beams: tuple[BeamElement, ...]) -> list[tuple[tuple[Uniform, float, int], list[int]]]:
+    """Beams that are alike, with their numbers."""
+    found: dict[tuple[Uniform, float, int], list[int]] = {}
+    for number, beam in enumerate(beams):
+        found.setdefault((beam.made_of, float(beam.length), terms_for(2 * SHORT)), []).append(number)
+    return list(found.items())
+
+
+def _between_ends(made: Uniform, length: Any, terms: int, square: Any, elastic: Any) -> Array:
+    """(12, 12): loads at both ends of a beam from the motions of both, in local axes."""
+    matrix = transfer(made, length, jnp.asarray(square)[None], elastic, terms)[0]
+    near, far = slice(0, 6), slice(6, 12)
+    soft = jnp.linalg.inv(matrix[near, far])
+    here, there = soft @ matrix[near, near], matrix[far, far] @ soft
+    both: Array = jnp.block([[here, -soft], [-soft.T, there]])
+    return both
+
+
+@partial(jax.jit, static_argnums=2)
+def _undamped(made: Uniform, length: float, terms: int, square: float) -> tuple[Array, Array]:
+    return jax.jvp(lambda s: _between_ends(made, length, terms, s, 1.0), (jnp.asarray(square),), (jnp.asarray(1.0),))
+
+
+@partial(jax.jit, static_argnums=2)
+def _damped(made: Uniform, length: float, terms: int, square: float, loss_factor: float) -> Array:
+    return _between_ends(made, length, terms, square, 1 + 1j * loss_factor)
