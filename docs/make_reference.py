@@ -36,6 +36,7 @@ PLACES = {
     "Spherical": "[[chains.NAME.elements]]",
     "Beam": "[[chains.NAME.elements]]",
     "Offset": "[[chains.NAME.elements]]",
+    "Bearing": "bearing = { … }",
 }
 
 

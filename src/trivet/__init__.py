@@ -53,9 +53,9 @@ _HOMES = {
 
 __all__ = [
     "Comparison", "Forward", "FrequencyResponse", "InputError", "Machine", "Minimum", "ModesReport", "NoResultError",
-    "PoseReport", "SingularityMap", "SingularityReport", "StiffnessMap", "Surface", "TrivetError", "catalogue", "compare", "dimensions",
-    "figure", "forward", "frf", "hemisphere", "load", "minimum_dynamic_stiffness", "modes", "parse", "pose", "save", "schema",
-    "singularity_map", "singularity_report", "stiffness_map", "switched", "to_mjcf", "to_text", "write", "write_mjcf",
+    "PoseReport", "SingularityMap", "SingularityReport", "StiffnessMap", "Surface", "TrivetError", "catalogue", "compare",
+    "dimensions", "figure", "forward", "frf", "hemisphere", "load", "minimum_dynamic_stiffness", "modes", "parse", "pose",
+    "save", "schema", "singularity_map", "singularity_report", "stiffness_map", "switched", "to_mjcf", "to_text", "write", "write_mjcf",
 ]  # fmt: skip
 
 

@@ -96,14 +96,16 @@ def _check_bearing(path: str, joint: Joint) -> None:
     """A bearing yields across the joint's freedom: along the freedom the joint's own stiffness, or its drive's, is at work."""
     if joint.bearing is None:
         return
+    along: list[np.ndarray] = []
+    about: list[np.ndarray] = []
     if isinstance(joint, Spherical):
-        along, about = [], list(np.eye(3))
+        about = list(np.eye(3))
     elif isinstance(joint, Universal):
-        along, about = [], [np.array(axis) for axis in joint.axes]
+        about = [np.array(axis) for axis in joint.axes]
     elif isinstance(joint, Revolute):
-        along, about = [], [np.array(joint.axis)]
+        about = [np.array(joint.axis)]
     else:
-        along, about = [np.array(joint.axis) if isinstance(joint, Prismatic) else np.eye(3)[1]], []
+        along = [np.array(joint.axis) if isinstance(joint, Prismatic) else np.eye(3)[1]]
     for keys, freedoms in ((("x", "y", "z"), along), (("rx", "ry", "rz"), about)):
         for key, axis in zip(keys, np.eye(3), strict=True):
             if getattr(joint.bearing, key) is not None and any(abs(axis @ freedom) > 1e-12 for freedom in freedoms):
