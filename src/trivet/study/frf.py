@@ -66,6 +66,11 @@ class FrequencyResponse:
         return per(output, self.receptance, self.frequency)
 
     @cached_property
+    def dynamic_stiffness(self) -> np.ndarray:
+        """(n, 6, 6) inverse of the receptance: its diagonal holds all other displacements, 1/|H_jj| leaves them free."""
+        return np.linalg.inv(self.receptance)
+
+    @cached_property
     def minima(self) -> list[Minimum]:
         """Minimum dynamic stiffness along and about x, y and z within the range of frequencies."""
         diagonal = range(6)

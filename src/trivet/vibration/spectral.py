@@ -210,9 +210,12 @@ def _samples(machine: Machine, poses: Frame, stand: Stand, omega: Array, loss_fa
         carried = [w.carried(posture.heading, arm) for w in part.wrenches]
         wrenches = [jnp.stack([jnp.asarray(c, dtype=float) for c in (*w.force, *w.moment)]) for w in carried]
         pairs = list(zip(*np.triu_indices(len(wrenches)), strict=True))
-        entries = jnp.stack([part.stiffness[:, a, b] for a, b in pairs], axis=-1)
+        # Products with constants, since gathers compile slowly.
+        size = len(wrenches)
+        entries = part.stiffness.reshape(-1, size * size) @ np.eye(size * size)[:, [a * size + b for a, b in pairs]]
         dyads = [jnp.outer(wrenches[a], wrenches[b]) for a, b in pairs]
-        spread = jnp.stack([(d if a == b else d + d.T)[UPPER] for d, (a, b) in zip(dyads, pairs, strict=True)])
+        both = jnp.stack([d if a == b else d + d.T for d, (a, b) in zip(dyads, pairs, strict=True)])
+        spread = both.reshape(-1, 36) @ np.eye(36)[:, 6 * UPPER[0] + UPPER[1]]
         return _Samples(jnp.where(posture.reach < 0, jnp.nan, entries), part.denominator, spread)
 
     return _over_chains(machine, poses, stand, sample)

@@ -17,7 +17,6 @@ they give the static flexibility.  (Cayley-Hamilton; the equations are Timoshenk
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import TypeAlias
 
 import jax
@@ -28,9 +27,6 @@ from trivet.space.scalar import Scalar
 from trivet.statics.beam_element import PLANES, Uniform
 
 Array: TypeAlias = jax.Array
-
-# Where the parts of the state stand among (v, w, f, m): twist and wrench of stretching and of torsion.
-_LINES = (np.array([0, 6]), np.array([3, 9]))
 
 
 def transfer(made: Uniform, length: Scalar, square: Array, elastic: Scalar, terms: int) -> Array:
@@ -43,16 +39,53 @@ def transfer(made: Uniform, length: Scalar, square: Array, elastic: Scalar, term
         elastic: 1 + i eta, which multiplies both moduli.
         terms: how far the series go, see `terms_for`.
     """
-    matrix = jnp.zeros((*square.shape, 12, 12), dtype=jnp.result_type(square, elastic))
-    lines = ((made.axial, made.mass), (made.torsion, made.polar))
-    for places, (stiffness, inertia) in zip(_LINES, lines, strict=True):
-        matrix = _placed(matrix, places, np.ones(2), _line(stiffness * elastic, inertia, length, square, terms))
-    bending = ((made.flexural_z, made.shear_y, made.rotary_z), (made.flexural_y, made.shear_z, made.rotary_y))
-    for (near, sign), (flexural, shear, rotary) in zip(PLANES, bending, strict=True):
-        places, signs = np.r_[near[:2], near[:2] + 6], np.array([1, sign, 1, sign])
-        inertia = (made.mass, rotary)
-        matrix = _placed(matrix, places, signs, _bending(flexural * elastic, shear * elastic, inertia, length, square, terms))
-    return matrix
+    square = square[:, None]
+    # Stretching and torsion, then bending in the local x-y and x-z planes.
+    stiff, inert = _pair(made.axial, made.torsion) * elastic, _pair(made.mass, made.polar)
+    flexural, shear = _pair(made.flexural_z, made.flexural_y) * elastic, _pair(made.shear_y, made.shear_z) * elastic
+    heavy, turning = square * made.mass * length, square * _pair(made.rotary_z, made.rotary_y) * length
+    soft, mass = length / stiff, square * inert * length
+    bend, give = length / flexural, length / shear
+    area = length * length
+    phi_z, r = heavy * give, turning * bend
+    s = jnp.concatenate([-mass * soft, -(phi_z + r)], axis=-1)
+    t = jnp.concatenate([jnp.zeros_like(mass * soft), phi_z * r - heavy * bend * area], axis=-1)
+    s2, s3, s4, s5 = _sums(s, t, terms)
+    cos, sinc = 1 + s[:, :2] * s2[:, :2], 1 + s[:, :2] * s3[:, :2]
+    c0, c1, c2, c3 = 1 - t[:, 2:] * s4[:, 2:], 1 - t[:, 2:] * s5[:, 2:], s2[:, 2:], s3[:, 2:]
+    sway, turn = c1 - phi_z * c3, c1 - r * c3
+    entries = [
+        cos, sinc * soft, -sinc * mass,
+        c0 - phi_z * c2, (c1 - (phi_z + r) * c3) * length, sway * give - c3 * area * bend, c2 * length * bend,
+        c3 * length * heavy * bend, c0 - r * c2, turn * bend, -sway * heavy, c2 * length * heavy,
+        c3 * area * heavy - turn * turning,
+    ]  # fmt: skip
+    together = jnp.concatenate([jnp.broadcast_to(e, cos.shape) for e in entries], axis=-1)
+    return (together @ _PLACES).reshape(-1, 12, 12)
+
+
+def _places() -> np.ndarray:
+    """(26, 144): where the entries of `transfer`, two of each kind, stand in the matrix, and with which sign."""
+    places = np.zeros((13, 2, 12, 12))
+    for pair, place in enumerate((0, 3)):
+        for kind, (row, column) in ((0, (0, 0)), (0, (6, 6)), (1, (0, 6)), (2, (6, 0))):
+            places[kind, pair, place + row, place + column] = 1
+    # Rows and columns: deflection w, slope a, shear force v, moment m; half of the entries follow from the other half.
+    ww, wa, wv, wm, aw, aa, am, vw, mw, ma = range(3, 13)
+    bending = [[ww, wa, wv, wm], [aw, aa, -wm, am], [vw, -mw, ww, -aw], [mw, ma, -wa, aa]]
+    for pair, (near, sign) in enumerate(PLANES):
+        axes, signs = np.r_[near[:2], near[:2] + 6], (1, sign, 1, sign)
+        for i, kinds in enumerate(bending):
+            for j, kind in enumerate(kinds):
+                places[abs(kind), pair, axes[i], axes[j]] = np.sign(kind) * signs[i] * signs[j]
+    return places.reshape(26, 144)
+
+
+_PLACES = _places()
+
+
+def _pair(first: Scalar, second: Scalar) -> Array:
+    return jnp.stack([jnp.asarray(first, dtype=float), jnp.asarray(second, dtype=float)])
 
 
 def terms_for(argument: float) -> int:
@@ -77,50 +110,11 @@ def wave_number(made: Uniform, omega: Scalar) -> Array:
     return jnp.sqrt(jnp.stack(found).max())
 
 
-def _placed(matrix: Array, places: np.ndarray, signs: np.ndarray, rows: Sequence[Sequence[Array]]) -> Array:
-    """The matrix with a block, whose axes have signs, in place."""
-    block = jnp.stack([jnp.stack([jnp.broadcast_to(c, matrix.shape[:-2]) for c in row], axis=-1) for row in rows], axis=-2)
-    return matrix.at[..., places[:, None], places].set(block * (signs[:, None] * signs))
-
-
-def _line(stiffness: Scalar, inertia: Scalar, length: Scalar, square: Array, terms: int) -> list[list[Array]]:
-    """Stretching or torsion, with c = cos and s = sin(k L)/(k L) as series of (k L)^2."""
-    soft, heavy = length / stiffness, square * (inertia * length)
-    z = heavy * soft
-    c, s = jnp.zeros_like(z), jnp.zeros_like(z)
-    for n in reversed(range(terms)):
-        c, s = 1 / math.factorial(2 * n) - z * c, 1 / math.factorial(2 * n + 1) - z * s
-    return [[c, s * soft], [-s * heavy, c]]
-
-
-def _bending(
-    flexural: Scalar, shear: Scalar, inertia: tuple[Scalar, Scalar], length: Scalar, square: Array, terms: int
-) -> list[list[Array]]:
-    """Bending: rows and columns deflection, slope, shear force, moment, in SI."""
-    heavy, turning = square * (inertia[0] * length), square * (inertia[1] * length)
-    bend, give = length / flexural, length / shear
-    area = length * length
-    z, phi_z, r = heavy * bend * area, heavy * give, turning * bend
-    c0, c1, c2, c3 = _functions(-(phi_z + r), phi_z * r - z, terms)
-    ww, aa = c0 - phi_z * c2, c0 - r * c2
-    wa = (c1 - (phi_z + r) * c3) * length
-    wm, mw = c2 * length * bend, c2 * length * heavy
-    aw = c3 * length * heavy * bend
-    sway = c1 - phi_z * c3
-    turn = c1 - r * c3
-    return [
-        [ww, wa, sway * give - c3 * area * bend, wm],
-        [aw, aa, -wm, turn * bend],
-        [-sway * heavy, -mw, ww, -aw],
-        [mw, c3 * area * heavy - turn * turning, -wa, aa],
-    ]
-
-
-def _functions(s: Array, t: Array, terms: int) -> tuple[Array, Array, Array, Array]:
-    """c0, c1, c2, c3.
+def _sums(s: Array, t: Array, terms: int) -> tuple[Array, ...]:
+    """S_2 to S_5, of which the functions c are made: c0 = 1 - t S_4, c1 = 1 - t S_5, c2 = S_2, c3 = S_3.
 
     With h_n the complete homogeneous symmetric polynomials of the two squared exponents, h_n = s h_n-1 - t h_n-2, and
-    S_m = sum of h_n / (2n + m)!, they are 1 - t S_4, 1 - t S_5, S_2 and S_3.
+    S_m = sum of h_n / (2n + m)!.  With t = 0 they are those of stretching: cos = 1 + s S_2, sin / (k L) = 1 + s S_3.
     """
     weights = jnp.array([[1 / math.factorial(2 * n + 2 + m) for m in range(4)] for n in range(terms)])
 
@@ -130,5 +124,4 @@ def _functions(s: Array, t: Array, terms: int) -> tuple[Array, Array, Array, Arr
 
     start = (jnp.ones_like(s), jnp.zeros_like(s), jnp.zeros((*s.shape, 4), dtype=s.dtype))
     (_, _, sums), _ = jax.lax.scan(add_term, start, weights)
-    s2, s3, s4, s5 = (sums[..., m] for m in range(4))
-    return 1 - t * s4, 1 - t * s5, s2, s3
+    return tuple(sums[..., m] for m in range(4))

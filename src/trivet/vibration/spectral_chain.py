@@ -19,6 +19,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
+from jax.scipy.linalg import lu_factor, lu_solve
 
 from trivet.kinematics.constraint import transmitted
 from trivet.kinematics.walk import Posture, walk
@@ -77,7 +79,7 @@ class LegDynamics(NamedTuple):
 def leg_dynamics(leg: Leg, posture: Posture, stock: Stock, excitation: Excitation, effort: Effort) -> LegDynamics:
     """A chain at one pose and n frequencies."""
     count = excitation.omega.shape
-    states = jnp.zeros((*count, 12, 6), dtype=complex).at[..., 6:, :].set(jnp.eye(6))
+    states = jnp.broadcast_to(jnp.eye(12, 6, -6, dtype=complex), (*count, 12, 6))
     rows: list[Array] = []
     found = list(parts(walk(leg.chain.elements, posture), stock))
     point: Vec | None = None  # on the ground a state is the same wherever it is reduced
@@ -90,7 +92,7 @@ def leg_dynamics(leg: Leg, posture: Posture, stock: Stock, excitation: Excitatio
             if k == last and part.element.viscosity is None:
                 open_end = part.slack
             else:
-                states, rows = _slack(states, rows, part, excitation)
+                states, rows = _yielding(states, rows, part, excitation)
         elif isinstance(part, Bar):
             states = _moved(states, point, part.start.origin)
             step = _along(part, stock, excitation, effort)
@@ -111,12 +113,22 @@ def leg_dynamics(leg: Leg, posture: Posture, stock: Stock, excitation: Excitatio
     matrix = jnp.concatenate([basis.T @ states[..., :6, :], *(c[..., None, :] for c in conditions)], axis=-2)
     # a from unit motions along W0, then its wrenches in terms of W0.
     size = matrix.shape[-1]
-    motions = jnp.eye(size, len(wrenches), dtype=complex)
     scale = jnp.abs(matrix[:1]).max(axis=-1, keepdims=True)  # of the rows, the same at all frequencies
-    solved = jnp.linalg.solve(matrix / scale, jnp.broadcast_to(motions / scale, (*count, size, len(wrenches))))
+    factors, pivots = lu_factor(matrix / scale)
+    motions = jnp.eye(size, len(wrenches)) / scale
+    solved = lu_solve((factors, pivots), jnp.broadcast_to(motions.astype(complex), (*count, size, len(wrenches))))
     part_of = jnp.linalg.inv(basis.T @ basis) @ basis.T
-    sign, size_log = jnp.linalg.slogdet(matrix / scale)
-    return LegDynamics(wrenches, part_of @ states[..., 6:, :] @ solved, sign * jnp.exp(size_log - size_log.max()))
+    return LegDynamics(wrenches, part_of @ states[..., 6:, :] @ solved, _determinant(factors, pivots))
+
+
+def _determinant(factors: Array, pivots: Array) -> Array:
+    """(n,): determinants from LU factors, the greatest of size one."""
+    diagonal = jnp.diagonal(factors, axis1=-2, axis2=-1)
+    sizes = jnp.abs(diagonal)
+    swaps = jnp.sum(pivots != jnp.arange(pivots.shape[-1]), axis=-1)
+    logarithm = jnp.log(sizes).sum(axis=-1)
+    phase = jnp.prod(diagonal / sizes, axis=-1) * (1 - 2 * (swaps % 2))
+    return phase * jnp.exp(logarithm - logarithm.max())
 
 
 def _column(*vectors: Vec) -> Array:
@@ -124,12 +136,21 @@ def _column(*vectors: Vec) -> Array:
     return jnp.stack([jnp.asarray(c, dtype=float) for v in vectors for c in v])
 
 
+_IN_CROSS = np.array(
+    [[[0, 0, 0], [0, 0, -1], [0, 1, 0]], [[0, 0, 1], [0, 0, 0], [-1, 0, 0]], [[0, -1, 0], [1, 0, 0], [0, 0, 0]]]
+)
+"""(3, 3, 3): arm @ this is the matrix of arm x."""
+
+
+def _cross(arm: Vec) -> Array:
+    """(3, 3): the matrix of arm x."""
+    return jnp.tensordot(_column(arm), _IN_CROSS, axes=1)
+
+
 def _carry(arm: Vec) -> Array:
-    """(12, 12): the state of a rigid body at a point an arm (m) further."""
-    x, y, z = (jnp.asarray(c, dtype=float) for c in arm)
-    zero = jnp.zeros_like(x)
-    cross = jnp.stack([jnp.stack([zero, z, -y]), jnp.stack([-z, zero, x]), jnp.stack([y, -x, zero])])  # w -> w x arm
-    return jnp.eye(12).at[:3, 3:6].set(cross).at[9:, 6:9].set(cross)  # m - arm x f = m + f x arm
+    """(12, 12): the state of a rigid body at a point an arm (m) further: v - arm x w, m - arm x f."""
+    one, zero, cross = jnp.eye(3), jnp.zeros((3, 3)), -_cross(arm)
+    return jnp.block([[one, cross, zero, zero], [zero, one, zero, zero], [zero, zero, one, zero], [zero, zero, cross, one]])
 
 
 def _moved(states: Array, here: Vec | None, there: Vec) -> Array:
@@ -143,30 +164,37 @@ def _power(states: Array, screw: Twist) -> Array:
 
 
 def _sprung(states: Array, tie: Tie, excitation: Excitation) -> Array:
-    """States beyond the springs of a joint."""
-    added = jnp.zeros_like(states[..., :6, :])
+    """States beyond those springs of a joint which have no viscous damping beside them."""
+    elastic = excitation.elastic(tie.element.loss_factor)
+    twists = states[..., :6, :]
     for flexibility in tie.sprung:
-        soft = _softness(flexibility, tie.element, excitation)
-        screw = _column(flexibility.twist.linear, flexibility.twist.angular)
-        added = added + screw[:, None] * (soft[..., None] * _power(states, flexibility.twist))[..., None, :]
-    return states.at[..., :6, :].add(added)
+        if not _is_viscous(flexibility, tie.element):
+            screw = _column(flexibility.twist.linear, flexibility.twist.angular)
+            soft = flexibility.compliance / elastic
+            twists = twists + screw[:, None] * (soft * _power(states, flexibility.twist))[..., None, :]
+    return jnp.concatenate([twists, states[..., 6:, :]], axis=-2)
 
 
-def _softness(flexibility: Flexibility, joint: Joint, excitation: Excitation) -> Array:
-    """(n,): compliance (m/N or rad/(N m)) of a joint along one screw."""
-    resistance = 1j * excitation.omega * (0.0 if joint.viscosity is None else joint.viscosity) * flexibility.compliance
-    viscous = flexibility.part in ("drive", "joint")
-    return flexibility.compliance / (excitation.elastic(joint.loss_factor) + resistance * viscous)
+def _is_viscous(flexibility: Flexibility, joint: Joint) -> bool:
+    """Whether the damping of a joint's motion acts beside a spring; it does not in the joint's bearing."""
+    return joint.viscosity is not None and flexibility.part in ("drive", "joint")
 
 
-def _slack(states: Array, rows: list[Array], tie: Tie, excitation: Excitation) -> tuple[Array, list[Array]]:
-    """States beyond the slack screws of a joint, and the conditions so far with theirs: power on the screw = resistance."""
-    viscosity = tie.element.viscosity
-    for screw in tie.slack:
-        row = _power(states, screw)
-        resistance = 1j * excitation.omega * (0.0 if viscosity is None else viscosity)
-        rows = [*rows, jnp.concatenate([row, -resistance[..., None]], axis=-1)]
-        motion = jnp.zeros((12, 1)).at[:6, 0].set(_column(screw.linear, screw.angular))
+def _yielding(states: Array, rows: list[Array], tie: Tie, excitation: Excitation) -> tuple[Array, list[Array]]:
+    """States beyond the slack and the viscous screws of a joint, and the conditions so far with theirs.
+
+    The motion along each is a new unknown, and power on the screw = rate * motion its condition: a division by the rate would
+    be one by a function of frequency.
+    """
+    joint = tie.element
+    viscous = jnp.zeros_like(excitation.omega) if joint.viscosity is None else 1j * excitation.omega * joint.viscosity
+    screws = [(screw, viscous) for screw in tie.slack]
+    for flexibility in tie.sprung:
+        if _is_viscous(flexibility, joint):
+            screws.append((flexibility.twist, excitation.elastic(joint.loss_factor) / flexibility.compliance + viscous))
+    for screw, rate in screws:
+        rows = [*rows, jnp.concatenate([_power(states, screw), -rate[..., None]], axis=-1)]
+        motion = jnp.pad(_column(screw.linear, screw.angular), (0, 6))[:, None]
         states = jnp.concatenate([states, jnp.broadcast_to(motion, (*states.shape[:-1], 1))], axis=-1)
     return states, rows
 
@@ -194,8 +222,9 @@ def _along(bar: Bar, stock: Stock, excitation: Excitation, effort: Effort) -> Ar
 
 def _loaded(states: Array, point: Vec, lump: Lump, square: Array) -> Array:
     """States beyond a mass at a node: the wrench which moves the mass goes no further."""
-    axes = jnp.stack([_column(v) for v in lump.frame[1:]], axis=-1)
-    inertia = jnp.zeros((6, 6)).at[:3, :3].set(lump.mass * jnp.eye(3))
-    inertia = inertia.at[3:, 3:].set(axes @ jnp.diag(jnp.stack([jnp.asarray(m, dtype=float) for m in lump.moments])) @ axes.T)
-    carry = _carry(lump.frame.origin - point)[:6, :6]
-    return states.at[..., 6:, :].add(-square[..., None, None] * (carry.T @ inertia @ carry @ states[..., :6, :]))
+    arm, axes = _cross(lump.frame.origin - point), jnp.stack([_column(v) for v in lump.frame[1:]], axis=-1)
+    moments = jnp.stack([jnp.asarray(m, dtype=float) for m in lump.moments])
+    own = (axes * moments) @ axes.T
+    inertia = jnp.block([[lump.mass * jnp.eye(3), -lump.mass * arm], [lump.mass * arm, own - lump.mass * arm @ arm]])
+    wrenches = states[..., 6:, :] - square[..., None, None] * (inertia @ states[..., :6, :])
+    return jnp.concatenate([states[..., :6, :], wrenches], axis=-2)
