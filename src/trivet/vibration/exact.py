@@ -17,7 +17,7 @@ import numpy as np
 from trivet.statics.assembly import Structure
 from trivet.statics.beam_element import BeamElement, Uniform, turned
 from trivet.vibration.mesh import Mesh, inertia_at_node, mesh
-from trivet.vibration.spectral_beam import Array, terms_for, transfer, wave_number
+from trivet.vibration.spectral_beam import Array, terms_for, transfer, wave_numbers
 
 SHORT = 2.0
 """Wave number times length of an element below which no element resonates between its own ends (the first at 3.14)."""
@@ -27,7 +27,7 @@ def exact_mesh(structure: Structure, highest: float) -> Mesh:
     """A structure, its beams divided so that no element resonates between its ends up to a highest frequency (rad/s)."""
     counts: dict[str, int] = {}
     for beam in structure.beams:
-        argument = float(wave_number(beam.made_of, highest)) * float(beam.length)
+        argument = float(wave_numbers(beam.made_of, highest).max()) * float(beam.length)
         counts[beam.name] = max(1, math.ceil(argument / SHORT))
     return mesh(structure, counts)
 

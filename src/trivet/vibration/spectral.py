@@ -29,13 +29,13 @@ from trivet.space.symmetric import Symmetric
 from trivet.statics.beam_element import uniform
 from trivet.statics.parts import Bar, parts
 from trivet.vibration.platform import platform_inertia
-from trivet.vibration.spectral_beam import Array, terms_for, wave_number
+from trivet.vibration.spectral_beam import Array, terms_for, wave_numbers
 from trivet.vibration.spectral_chain import Effort, Excitation, leg_dynamics
 
 NODES = 24
 """Nodes of a panel; also the least number of frequencies of a compiled call."""
-PANEL = 6.0
-"""Wave number times length, summed over a chain, which one panel of frequencies may add."""
+PANEL = 8.0
+"""Wave numbers times lengths, of bending and of the rest, summed over a chain, which one panel of frequencies may add."""
 TERMS = 8
 """Terms of the series are taken by so many at a time, since kernels are compiled for every number of them."""
 PIECE = 8.0
@@ -136,12 +136,16 @@ def standing(machine: Machine, pose: Frame, signs: Any) -> Stand:
 
 def plan(machine: Machine, poses: Frame, stand: Stand, highest: float) -> Plan:
     """How to cover the frequencies up to a highest one (rad/s) at poses (p,)."""
-    longest, together = (max(0.0, float(v)) for v in _arguments(machine, poses, stand, highest))
-    segments, panels = max(1, math.ceil(longest / PIECE)), max(1, math.ceil(together / PANEL))
+    longest, bending, stretching = (max(0.0, float(v)) for v in _arguments(machine, poses, stand, highest))
+    segments = max(1, math.ceil(longest / PIECE))
+    panels = max(1, math.ceil((bending + stretching) / PANEL))
     viscous = any(isinstance(e, Joint) and e.viscosity is not None for c in machine.chains.values() for e in c.elements)
-    # Bending waves shorten with the root of the frequency.
-    edges = tuple(highest * (k / panels) ** 2 for k in range(1, panels + 1))
-    return Plan(Effort(-(-terms_for(longest / segments) // TERMS) * TERMS, segments), edges, 1 if viscous else 2)
+    # Bending waves shorten with the root of the frequency, those of stretching and torsion with the frequency itself:
+    # panels of equal bending sqrt(x) + stretching x.
+    shares = np.arange(1, panels + 1) / panels * (bending + stretching)
+    roots = 2 * shares / np.maximum(bending + np.sqrt(bending**2 + 4 * stretching * shares), 1e-30)
+    terms = -(-terms_for(longest / segments) // TERMS) * TERMS
+    return Plan(Effort(terms, segments), tuple(float(x) for x in highest * roots**2), 1 if viscous else 2)
 
 
 def kernel(
@@ -254,14 +258,15 @@ def _finished(machine: Machine, poses: Frame, chains: Array, omega: Array, inver
 
 
 @jax.jit
-def _arguments(machine: Machine, poses: Frame, stand: Stand, omega: Scalar) -> tuple[Array, Array]:
-    """Greatest wave number times length of a beam, and of the beams of a chain together, over all poses."""
+def _arguments(machine: Machine, poses: Frame, stand: Stand, omega: Scalar) -> tuple[Array, Array, Array]:
+    """Wave numbers times lengths, the greatest over all poses: of a beam; of bending and of stretching, over a chain."""
 
     def arguments(leg: Leg, _: Frame, posture: Posture) -> Array:
         bars = [p for p in parts(walk(leg.chain.elements, posture), machine.stock) if isinstance(p, Bar)]
-        own = [wave_number(uniform(b.profile, machine.stock), omega) * jnp.abs(jnp.asarray(b.length)) for b in bars]
-        return jnp.stack([jnp.asarray(0.0), *own])
+        own = [wave_numbers(uniform(b.profile, machine.stock), omega) * jnp.abs(jnp.asarray(b.length)) for b in bars]
+        return jnp.stack([jnp.zeros(2), *own])
 
     found = _over_chains(machine, poses, stand, arguments)
-    most = [jnp.nanmax(a) for a in found], [jnp.nanmax(a.sum(axis=-1)) for a in found]
-    return jnp.stack(most[0]).max(), jnp.stack(most[1]).max()
+    longest = jnp.stack([jnp.nanmax(a) for a in found]).max()
+    together = jnp.stack([jnp.nanmax(a.sum(axis=-2), axis=(0, 1)) for a in found]).max(axis=0)
+    return longest, together[0], together[1]

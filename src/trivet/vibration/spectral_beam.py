@@ -97,17 +97,18 @@ def terms_for(argument: float) -> int:
     return n + 1
 
 
-def wave_number(made: Uniform, omega: Scalar) -> Array:
-    """Greatest wave number (1/m) of a beam at a frequency (rad/s), damping left out."""
+def wave_numbers(made: Uniform, omega: Scalar) -> Array:
+    """(2,): greatest wave numbers (1/m) of bending, and of stretching or torsion, at a frequency (rad/s), damping left out."""
     square = jnp.square(omega)
-    found = [square * made.mass / made.axial, square * made.polar / made.torsion]
+    along = [square * made.mass / made.axial, square * made.polar / made.torsion]
+    across = []
     for flexural, shear, rotary in (
         (made.flexural_z, made.shear_y, made.rotary_z),
         (made.flexural_y, made.shear_z, made.rotary_y),
     ):
         half = square * (made.mass / shear + rotary / flexural) / 2
-        found.append(half + jnp.sqrt(half * half + square * made.mass / flexural))
-    return jnp.sqrt(jnp.stack(found).max())
+        across.append(half + jnp.sqrt(half * half + square * made.mass / flexural))
+    return jnp.sqrt(jnp.stack([jnp.stack(across).max(), jnp.stack(along).max()]))
 
 
 def _sums(s: Array, t: Array, terms: int) -> tuple[Array, ...]:

@@ -16,7 +16,7 @@ exceptions, and at omega = 0 this is the static stiffness.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -27,7 +27,7 @@ from trivet.kinematics.walk import Posture, walk
 from trivet.model import Leg
 from trivet.model.elements import Flexibility, Joint, Stock
 from trivet.model.elements.beam import beam_axes
-from trivet.space.scalar import Scalar
+from trivet.space.scalar import Scalar, is_known
 from trivet.space.screw import Twist, Wrench
 from trivet.space.vector import Vec
 from trivet.statics.beam_element import uniform
@@ -107,7 +107,8 @@ def leg_dynamics(leg: Leg, posture: Posture, stock: Stock, excitation: Excitatio
             assert point is not None, "a chain starts with a joint"
             states = _loaded(states, point, part, excitation.square)
     wrenches = transmitted(open_end)
-    basis = jnp.stack([_column(w.force, w.moment) for w in wrenches], axis=-1)
+    columns = [_column(w.force, w.moment) for w in wrenches]
+    basis: Any = np.stack(columns, axis=-1) if all(isinstance(c, np.ndarray) for c in columns) else jnp.stack(columns, axis=-1)
     ends = [_power(states, screw) for screw in open_end]
     conditions = [jnp.pad(row, ((0, 0), (0, states.shape[-1] - row.shape[-1]))) for row in (*rows, *ends)]
     matrix = jnp.concatenate([basis.T @ states[..., :6, :], *(c[..., None, :] for c in conditions)], axis=-2)
@@ -117,7 +118,7 @@ def leg_dynamics(leg: Leg, posture: Posture, stock: Stock, excitation: Excitatio
     factors, pivots = lu_factor(matrix / scale)
     motions = jnp.eye(size, len(wrenches)) / scale
     solved = lu_solve((factors, pivots), jnp.broadcast_to(motions.astype(complex), (*count, size, len(wrenches))))
-    part_of = jnp.linalg.inv(basis.T @ basis) @ basis.T
+    part_of = (np if isinstance(basis, np.ndarray) else jnp).linalg.inv(basis.T @ basis) @ basis.T
     return LegDynamics(wrenches, part_of @ states[..., 6:, :] @ solved, _determinant(factors, pivots))
 
 
@@ -131,9 +132,12 @@ def _determinant(factors: Array, pivots: Array) -> Array:
     return phase * jnp.exp(logarithm - logarithm.max())
 
 
-def _column(*vectors: Vec) -> Array:
-    """Components of vectors, one after the other."""
-    return jnp.stack([jnp.asarray(c, dtype=float) for v in vectors for c in v])
+def _column(*vectors: Vec) -> Any:
+    """Components of vectors, one after the other; an array of NumPy where all are known while JAX traces."""
+    components = [c for v in vectors for c in v]
+    if all(is_known(c) for c in components):
+        return np.array(components, dtype=float)
+    return jnp.stack([jnp.asarray(c, dtype=float) for c in components])
 
 
 _IN_CROSS = np.array(
