@@ -17,11 +17,17 @@ from trivet.statics.objective import AXES
 from trivet.study.machines import MachineLike
 from trivet.study.pose import PoseReport, pose
 from trivet.vibration import spectral
-from trivet.vibration.modes import exact_frequencies, modes
+from trivet.vibration.exact import pieces
+from trivet.vibration.mesh import mesh
+from trivet.vibration.modes import exact_frequencies, held_modes
 from trivet.vibration.resonance import Peak, greatest
 from trivet.vibration.response import METHODS, OUTPUTS, Damping, Method, per, receptance
 
 MOST_FREQUENCIES = 1_000_000
+HIGHEST = 1e5
+"""Hz; there the wavelength in a beam comes near its thickness, and beams are beams no more."""
+POLISHED = 40
+"""Natural frequencies that are freed of the error of the mesh, one by one."""
 AROUND = np.linspace(-3, 3, 25)
 """Where, in half-power widths from a resonance, a response is looked at besides its regular frequencies."""
 
@@ -138,8 +144,9 @@ def frf(
         raise InputError(f"method '{method}' is not known{nearest(method, METHODS)}")
     if damping not in ("structural", "modal"):
         raise InputError(f"damping '{damping}' is not known{nearest(damping, ('structural', 'modal'))}")
-    if not (math.isfinite(low) and math.isfinite(high) and 0 < low < high):
-        raise InputError(f"frequencies: {low:g} Hz to {high:g} Hz; expected a range that rises from above 0 Hz")
+    if not (math.isfinite(low) and math.isfinite(high) and 0 < low < high <= HIGHEST):
+        expected = f"expected a range that rises from above 0 Hz, up to {HIGHEST:g} Hz"
+        raise InputError(f"frequencies: {low:g} Hz to {high:g} Hz; {expected}")
     if not 2 <= points <= MOST_FREQUENCIES:
         raise InputError(f"points: {points}; expected 2 to {MOST_FREQUENCIES} frequencies")
     if not 0 <= loss_factor < 2:
@@ -178,16 +185,17 @@ def minimum_dynamic_stiffness(
 
 
 def natural_frequencies(at: PoseReport, low: float, high: float) -> np.ndarray:
-    """Natural frequencies within a range, Hz."""
+    """Natural frequencies within a range, Hz; exact ones, or to better than 1e-4 where there are more than `POLISHED`."""
     structure = assemble(at.machine, at.frame, at.signs)
-    count = 12
+    chosen = mesh(structure, pieces(structure, 2 * math.pi * 1.05 * high, 0.5))
+    count = POLISHED
     while True:
-        found = modes(at.machine, at.frame, at.signs, count)
-        if found.mesh_frequency[-1] > 1.05 * high or len(found.mesh_frequency) < count:
+        found, _ = held_modes(at.machine.name, chosen, count)
+        if found[-1] > 1.05 * high or len(found) < count:
             break
         count *= 2
-    near = found.mesh_frequency[found.mesh_frequency < 1.05 * high]
-    exact = exact_frequencies(structure, near) if len(near) else near
+    near = found[found < 1.05 * high]
+    exact = exact_frequencies(structure, near) if 0 < len(near) <= POLISHED else near
     inside: np.ndarray = exact[(exact >= low) & (exact <= high)]
     return inside
 

@@ -14,9 +14,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from trivet.errors import InputError
 from trivet.statics.assembly import Structure
 from trivet.statics.beam_element import BeamElement, Uniform, turned
-from trivet.vibration.mesh import Mesh, inertia_at_node, mesh
+from trivet.vibration.mesh import MOST_ELEMENTS, Mesh, inertia_at_node, mesh
 from trivet.vibration.spectral_beam import Array, terms_for, transfer, wave_numbers
 
 SHORT = 2.0
@@ -25,11 +26,23 @@ SHORT = 2.0
 
 def exact_mesh(structure: Structure, highest: float) -> Mesh:
     """A structure, its beams divided so that no element resonates between its ends up to a highest frequency (rad/s)."""
+    return mesh(structure, pieces(structure, highest, SHORT))
+
+
+def pieces(structure: Structure, highest: float, argument: float) -> dict[str, int]:
+    """Into how many elements to divide every beam, by its name, for a greatest wave number times length of an element.
+
+    Raises:
+        InputError: for a frequency (rad/s) at which a beam would need more elements than a mesh takes.
+    """
     counts: dict[str, int] = {}
     for beam in structure.beams:
-        argument = float(wave_numbers(beam.made_of, highest).max()) * float(beam.length)
-        counts[beam.name] = max(1, math.ceil(argument / SHORT))
-    return mesh(structure, counts)
+        own = float(wave_numbers(beam.made_of, highest).max()) * float(beam.length) / argument
+        if not own < MOST_ELEMENTS:
+            hertz = highest / (2 * math.pi)
+            raise InputError(f"frequency {hertz:g} Hz: {beam.name} would need {own:.0f} elements, more than {MOST_ELEMENTS}")
+        counts[beam.name] = max(counts.get(beam.name, 1), math.ceil(own))
+    return counts
 
 
 class ExactStructure:

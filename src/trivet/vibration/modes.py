@@ -26,6 +26,8 @@ LARGEST_DENSE = 1500
 """Displacements up to which all eigenvalues are found at once; above, the lowest ones by Lanczos iterations."""
 ELEMENTS = 8
 """Elements of a beam when nothing is said."""
+LOOSE = 1e-9
+"""Stiffness of a motion, against the median of all, below which nothing resists it."""
 FREE = 1e-13
 """Strain energy of a mode, against the terms of which it is the sum, below which it is rounding."""
 
@@ -113,12 +115,28 @@ def modes(
     """
     structure = assemble(machine, pose, signs)
     chosen = mesh(structure, ELEMENTS if elements is None else elements)
-    frequencies, shapes = eigenmodes(chosen, count)
+    return Modes(structure, chosen, *held_modes(machine.name, chosen, count))
+
+
+def held_modes(name: str, chosen: Mesh, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """`eigenmodes` of a machine of that name, which must resist every motion.
+
+    Raises:
+        NoResultError: naming the joints that move freely.
+    """
+    try:
+        frequencies, shapes = eigenmodes(chosen, count)
+    except NoResultError as error:
+        raise NoResultError(f"{name}: {error}") from error
     first = shapes[:, 0]
     energy, terms = first @ (chosen.stiffness @ first), abs(first) @ (abs(chosen.stiffness) @ abs(first))
     if energy < FREE * terms:
-        raise NoResultError(f"{machine.name}: moves without resistance at this pose: {freest(chosen)} moves freely")
-    return Modes(structure, chosen, frequencies, shapes)
+        raise NoResultError(f"{name}: {_loose(chosen)}")
+    return frequencies, shapes
+
+
+def _loose(chosen: Mesh) -> NoResultError:
+    return NoResultError(f"the structure moves without resistance at this pose; freely moves {free_joints(chosen)}")
 
 
 def eigenmodes(chosen: Mesh, count: int, shift: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -143,7 +161,7 @@ def eigenmodes(chosen: Mesh, count: int, shift: float = 0.0) -> tuple[np.ndarray
         else:
             inverse, shapes = _sparse(stiff, chosen.mass, count)
     except (np.linalg.LinAlgError, RuntimeError) as error:
-        raise NoResultError(f"the machine moves without resistance at this pose: {freest(chosen)} moves freely") from error
+        raise _loose(chosen) from error
     keep = inverse > 0
     squares = 1 / inverse[keep] - shift
     frequencies = np.sqrt(np.maximum(squares, 0)) / (2 * math.pi)
@@ -172,28 +190,38 @@ def _sparse(stiff: sp.csc_matrix, mass: sp.csc_matrix, count: int) -> tuple[np.n
     return 1 / squares[order], shapes[:, order]
 
 
-def freest(chosen: Mesh) -> str:
-    """Name of the joint (or "the platform") that moves most in the motion which the structure resists least."""
+def free_joints(chosen: Mesh) -> str:
+    """Names of the joints (or "the platform") that move in the motions which nothing resists.
+
+    Of joints that have one freedom at most three, those which move most; balls and crosses are named only where no other moves,
+    since they follow whatever is loose.
+    """
     structure = chosen.structure
     transform = chosen.transform.toarray()
-    nodes = len(structure.nodes)
-    weights = np.ones(len(transform))
-    weights[: 6 * nodes] = np.tile(np.r_[np.full(3, 1 / structure.scale), np.ones(3)], nodes)
-    whole = weights[:, None] * transform
-    metric = whole.T @ whole
-    _, vectors = scipy.linalg.eigh(
-        chosen.stiffness.toarray(), metric + 1e-12 * np.trace(metric) / len(metric) * np.eye(len(metric))
-    )
-    motion = transform @ vectors[:, 0]
-    place, best, name = 6 * nodes, 0.0, "the platform"
+    first_joint = 6 * len(structure.nodes)
+    units = np.ones(len(transform))
+    units[:first_joint] = np.tile(np.r_[np.full(3, 1 / structure.scale), np.ones(3)], len(structure.nodes))
+    turns = [np.any(tie.screws[3:, :] != 0, axis=0) for tie in structure.connections]
+    units[first_joint:] = np.where(np.concatenate(turns), 1.0, 1 / structure.scale)
+    metric = (units[:, None] * transform).T @ (units[:, None] * transform)
+    rates, motions = scipy.linalg.eigh(chosen.stiffness.toarray(), metric)
+    loose = np.abs(rates) < LOOSE * np.median(np.abs(rates))
+    loose[0] = True
+    size = np.linalg.norm(units[:, None] * (transform @ motions[:, loose]), axis=1)[first_joint:]
+    single: dict[str, float] = {}
+    several: dict[str, float] = {}
+    place = 0
     for tie in structure.connections:
-        for k, rate in enumerate(tie.rates):
-            unit = 1.0 if np.any(tie.screws[3:, k]) else 1 / structure.scale
-            size = abs(motion[place + k]) * unit
-            if rate == 0 and size > best:
-                best, name = size, tie.name
-        place += len(tie.rates)
-    return name
+        slack = tie.rates == 0
+        own = size[place : place + len(slack)][slack]
+        place += len(slack)
+        if len(own):
+            (single if len(own) == 1 else several)[tie.name] = float(own.max())
+    for group in (single, several):
+        moving = sorted((name for name in group if group[name] > 0.1 * max(group.values())), key=lambda n: -group[n])
+        if moving and max(group.values()) > 1e-3 * size.max():
+            return ", ".join(moving[:3])
+    return "the platform"
 
 
 def exact_frequencies(structure: Structure, start: np.ndarray) -> np.ndarray:
