@@ -12,6 +12,7 @@ from trivet.kinematics.mode import parse_mode
 from trivet.model import Machine, load
 from trivet.space.pose import zyz_frame
 from trivet.statics.structure import structural_stiffness
+from trivet.vibration.modes import modes
 
 calculix = pytest.mark.peer("CalculiX", program="ccx")
 
@@ -53,9 +54,7 @@ def test_slow_loads_find_the_compliance(tmp_path: Path) -> None:
     assert off.max() < 3e-3
 
 
-# TO BE WIRED to trivet.vibration, with machine = machine_of_beams():
-# return np.asarray(modes(machine, HOME, parse_mode(machine), count=COUNT).frequency)
 def frequencies_of_beams() -> np.ndarray:
     """Natural frequencies of the same machine made of Timoshenko beams, Hz."""
-    first = [120.28005, 120.28005, 263.04017, 949.28783, 1143.26075, 1143.26075]
-    return np.array([*first, 1501.29824, 1501.29824, 1729.58270, 2770.55924, 3199.3791, 3199.3791])
+    machine = machine_of_beams()
+    return modes(machine, HOME, parse_mode(machine), count=COUNT).frequency

@@ -32,7 +32,7 @@ from trivet.vibration.platform import platform_inertia
 from trivet.vibration.spectral_beam import Array, terms_for, wave_numbers
 from trivet.vibration.spectral_chain import Effort, Excitation, leg_dynamics
 
-NODES = 24
+NODES = 20
 """Nodes of a panel; also the least number of frequencies of a compiled call."""
 PANEL = 8.0
 """Wave numbers times lengths, of bending and of the rest, summed over a chain, which one panel of frequencies may add."""
@@ -42,8 +42,8 @@ PIECE = 8.0
 """Wave number times length of a piece of a beam."""
 PADDED = 200
 """Frequencies of a panel are filled up to a multiple of this, since kernels are compiled for every number of them."""
-CHUNK = 64
-"""Poses of a call."""
+CHUNK = 16
+"""Poses of a call: few enough for the intermediate arrays to stay in a cache."""
 
 UPPER = np.triu_indices(6)
 _T = TypeVar("_T")
@@ -121,7 +121,7 @@ def prepared(
             some = jax.tree.map(lambda c, start=start: c[start : start + CHUNK], poses)
             found.append(kernel(machine, some, stand, omega, loss_factor, chosen, inverted=inverted))
         matrix = jnp.concatenate(found) if len(found) > 1 else found[0]
-        return matrix if np.ndim(pose.origin.x) else matrix[0]
+        return matrix if np.ndim(pose.origin.x) else matrix.reshape(matrix.shape[1:])
 
     return answer
 
@@ -160,7 +160,8 @@ def kernel(
         else:
             at = np.pad(omega[places], (0, -len(places) % PADDED), mode="edge")
             chains = _between(samples, weights, nodes**chosen.power, at**chosen.power)
-        pieces.append(_finished(machine, poses, chains, at, inverted)[:, : len(places)])
+        finished = _finished(machine, poses, chains, at, inverted)
+        pieces.append(finished if len(at) == len(places) else finished[:, : len(places)])
         order.append(places)
     return pieces[0] if len(pieces) == 1 else jnp.concatenate(pieces, axis=1)[:, np.argsort(np.concatenate(order))]
 
