@@ -16,6 +16,7 @@ PAGE = Path(__file__).parent / "machine-file-reference.md"
 PLACES = {
     "About": "[about]",
     "Published": "[[about.published]]",
+    "PublishedDynamic": "[[about.published_dynamic]]",
     "Platform": "[platform]",
     "Disc": "[platform.disc]",
     "Home": "[home]",

@@ -34,7 +34,12 @@ def validator() -> jsonschema.Draft202012Validator:
 
 def same(a: Machine, b: Machine) -> bool:
     equal = jax.tree_util.tree_map(lambda x, y: x == y and math.copysign(1, x) == math.copysign(1, y), a, b)
-    return jax.tree_util.tree_all(equal) and a.about.notes == b.about.notes and a.about.published == b.about.published
+    words = (a.about.notes, a.about.published, a.about.published_dynamic) == (
+        b.about.notes,
+        b.about.published,
+        b.about.published_dynamic,
+    )
+    return jax.tree_util.tree_all(equal) and words
 
 
 def with_change(document: Document, path: str, value: Any) -> Document:

@@ -10,13 +10,16 @@ import numpy as np
 
 from trivet.kinematics.inverse import branches, inverse
 from trivet.kinematics.jacobian import actuator_names
+from trivet.kinematics.standing import stand
 from trivet.model import Machine, document_of, load, parse
 from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
 from trivet.space.vector import Vec
 
 PAPER = ("azulay", "eclipse", "alizade", "glozman")
-STATIC_CASES = json.loads((Path(__file__).parent / "data" / "static.json").read_text())["cases"]
+_DATA = Path(__file__).parent / "data"
+STATIC_CASES = json.loads((_DATA / "static.json").read_text())["cases"]
+VIBRATION_CASES = json.loads((_DATA / "frf.json").read_text())["cases"]
 # Our name of each machine, and of its second actuated joint.
 _REFERENCE = {
     "proposed": ("azulay", "slide"),
@@ -56,6 +59,108 @@ def reference_stiffness(case: dict[str, Any], key: str) -> np.ndarray:
     force = np.r_[np.ones(3), np.full(3, 1e-3)]  # N mm to N m
     motion = np.r_[np.full(3, 1e3), np.ones(3)]  # per mm to per m
     return np.array(case[key]) * force[:, None] * motion
+
+
+# Our name of each machine, its second drive with the joint of the case at which it ends, its two beams.
+_VIBRATING = {
+    "prop": ("azulay", "slide", "C", ("slide", "link")),
+    "eclipse": ("eclipse", "column", "C", ("column", "link")),
+    "alizade": ("alizade", "telescope", "A", (None, "telescope")),
+    "glozman": ("glozman", "shoulder", "B", ("link-1", "link-2")),
+}
+
+
+def changed(machine: Machine, elements: dict[str, dict[str, Any]] | None = None, **others: Any) -> Machine:
+    """A machine with keys of its chains' elements changed, or taken out where None; and with other tables of its file."""
+    document = document_of(machine)
+    document |= others
+    for chain in document["chains"].values():
+        for element in chain["elements"]:
+            own = element | (elements or {}).get(element["name"], {})
+            element.clear()
+            element.update({key: value for key, value in own.items() if value is not None})
+    return parse(document)
+
+
+def vibrating_machine(case: dict[str, Any]) -> Machine:
+    """The machine of a case of frf.json."""
+    p = case["params"]
+    name, second, _, (first_beam, _) = _VIBRATING[case["mechanism"]]
+    about = "N m/rad" if case["mechanism"] == "glozman" else "N/m"
+    keys: dict[str, dict[str, Any]] = {
+        "guide": {"radius": f"{p['Rb_mm']} mm", "stiffness": _rate(p["k_act"], "N/m")},
+        second: {"stiffness": _rate(p["k_act2"], about)},
+        "hinge": {"stiffness": _rate(p["k_rev"], "N m/rad") if p["k_rev"] else None},
+        "ball": _ball(p["k_sph"]),
+    }
+    if p["k_rev"] == "inf":
+        keys["hinge"] |= {"actuated": True}  # by a drive without stiffness, which is rigid
+    if p["k_rev_par"] != "inf":
+        keys["hinge"]["bearing"] = dict.fromkeys(("rx", "rz"), f"{p['k_rev_par']} N m/rad")
+    if p["k_sph_tr"] != "inf":
+        keys["ball"]["bearing"] = dict.fromkeys(("x", "y", "z"), f"{p['k_sph_tr']} N/m")
+    if p["m_C"]:
+        keys["hinge"]["mass"] = f"{p['m_C']} kg"
+    document = document_of(load(name))
+    lengths = {"link": p["L_mm"], "link-1": p["glo_L1_mm"], "link-2": p["glo_L2_mm"]}
+    for element in document["chains"]["leg"]["elements"]:
+        if element["name"] in lengths:
+            element["length"] = f"{lengths[element['name']]} mm"
+        if element["name"] == first_beam:
+            element.get("beam", element)["section"] = "first"
+    document["chains"]["leg"]["platform_joint"] = {"radius": f"{p['Rp_mm']} mm", "azimuth": f"{p['az0']} rad"}
+    return changed(
+        parse(document | {"sections": {"tube": _tube(p["od_mm"], p["id_mm"]), "first": _tube(p["od1_mm"], p["id1_mm"])}}),
+        keys,
+        materials={"steel": {"youngs_modulus": f"{p['E']} Pa", "poisson_ratio": p["nu"], "density": f"{p['rho']} kg/m^3"}},
+        platform=_platform(case),
+        theory="timoshenko" if p["shear"] else "euler-bernoulli",
+        rotary_inertia=p["rotary"],
+    )
+
+
+def _rate(value: Any, unit: str) -> str | None:
+    return None if value == "inf" else f"{value} {unit}"
+
+
+def _tube(outer: float, inner: float) -> dict[str, Any]:
+    return {"shape": "tube", "outer_diameter": f"{outer} mm", "inner_diameter": f"{inner} mm"}
+
+
+def _ball(rate: Any) -> dict[str, Any]:
+    if rate in (0, "inf"):
+        return {"rotation": "clamped" if rate else "free", "stiffness": None}
+    return {"rotation": "elastic", "stiffness": f"{rate} N m/rad"}
+
+
+def _platform(case: dict[str, Any]) -> dict[str, Any]:
+    p = case["params"]
+    centre = {"centre_of_mass": ["0 mm", "0 mm", f"{p['plat_com_z_mm']} mm"]}
+    if p["m_plat"] is None and p["J_plat"] is None:
+        disc = {"radius": f"{p['plat_r_mm']} mm", "thickness": f"{p['plat_t_mm']} mm", "material": "steel"}
+        return centre | {"disc": disc}
+    return centre | {"mass": f"{case['m_plat_kg']} kg", "inertia": [f"{value} kg m^2" for value in case["J_plat_kgm2"]]}
+
+
+def vibrating_stand(case: dict[str, Any]) -> tuple[Machine, Frame, np.ndarray]:
+    """The machine of a case of frf.json, its pose, and the working mode in which its joints stand where the case says."""
+    machine, points = vibrating_machine(case), case["points_chain_rz_mm"]
+    pose = zyz_frame((0.0, 0.0, points["P"][1] * 1e-3), 0.0, 0.0, 0.0)
+    _, _, joint, _ = _VIBRATING[case["mechanism"]]
+    for sign in (1.0, -1.0):
+        signs = np.tile([1.0, sign], (len(machine.legs), 1))
+        if 1 in branches(machine.legs[0]) or sign > 0:
+            steps = {element.name: frame for element, frame, _ in stand(machine, pose, signs)[0].steps}
+            x, y, z = (float(c) for c in steps["hinge"].origin)
+            if np.allclose([np.hypot(x, y), z], np.array(points[joint]) * 1e-3, atol=1e-9):
+                return machine, pose, signs
+    raise AssertionError(f"no working mode has its joints where {case['name']} has them")
+
+
+def vibrating_elements(case: dict[str, Any]) -> dict[str, int]:
+    """How the beams of a case of frf.json are divided."""
+    *_, beams = _VIBRATING[case["mechanism"]]
+    return {beam: case["mesh"][key] for beam, key in zip(beams, ("ne1", "ne2"), strict=True) if beam is not None}
 
 
 def difference(machine: Machine, found: np.ndarray, expected: np.ndarray) -> np.ndarray:

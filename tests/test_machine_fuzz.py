@@ -34,8 +34,8 @@ def tables(node: Any, keys: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
     if isinstance(node, (dict, list)):
         yield keys
         for key, value in node.items() if isinstance(node, dict) else enumerate(node):
-            # All published statistics are of one kind.
-            if key != "published" or isinstance(node, list):
+            # All published numbers of a list are of one kind.
+            if key not in ("published", "published_dynamic") or isinstance(node, list):
                 yield from tables(value, (*keys, key))
             else:
                 yield from tables(value[:1], (*keys, key))

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from trivet.space.surface import Surface, hemisphere
     from trivet.study.comparison import Comparison, compare
     from trivet.study.datasets import save
+    from trivet.study.dynamic_comparison import DynamicComparison, compare_dynamics
     from trivet.study.forward import forward
     from trivet.study.frf import FrequencyResponse, Minimum, frf, minimum_dynamic_stiffness
     from trivet.study.machines import switched
@@ -41,6 +42,7 @@ _HOMES = {
     "trivet.space.surface": ("Surface", "hemisphere"),
     "trivet.study.comparison": ("Comparison", "compare"),
     "trivet.study.datasets": ("save",),
+    "trivet.study.dynamic_comparison": ("DynamicComparison", "compare_dynamics"),
     "trivet.study.forward": ("forward",),
     "trivet.study.frf": ("FrequencyResponse", "Minimum", "frf", "minimum_dynamic_stiffness"),
     "trivet.study.machines": ("switched",),
@@ -52,10 +54,11 @@ _HOMES = {
 }
 
 __all__ = [
-    "Comparison", "Forward", "FrequencyResponse", "InputError", "Machine", "Minimum", "ModesReport", "NoResultError",
-    "PoseReport", "SingularityMap", "SingularityReport", "StiffnessMap", "Surface", "TrivetError", "catalogue", "compare",
-    "dimensions", "figure", "forward", "frf", "hemisphere", "load", "minimum_dynamic_stiffness", "modes", "parse", "pose",
-    "save", "schema", "singularity_map", "singularity_report", "stiffness_map", "switched", "to_mjcf", "to_text", "write", "write_mjcf",
+    "Comparison", "DynamicComparison", "Forward", "FrequencyResponse", "InputError", "Machine", "Minimum", "ModesReport",
+    "NoResultError", "PoseReport", "SingularityMap", "SingularityReport", "StiffnessMap", "Surface", "TrivetError",
+    "catalogue", "compare", "compare_dynamics", "dimensions", "figure", "forward", "frf", "hemisphere", "load",
+    "minimum_dynamic_stiffness", "modes", "parse", "pose", "save", "schema", "singularity_map", "singularity_report",
+    "stiffness_map", "switched", "to_mjcf", "to_text", "write", "write_mjcf",
 ]  # fmt: skip
 
 

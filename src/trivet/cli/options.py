@@ -13,7 +13,8 @@ Machine = Annotated[
     ),
 ]
 Machines = Annotated[
-    list[str] | None, typer.Argument(help="Machines as above; the paper's four when none is named.", metavar="[MACHINE]...")
+    list[str] | None,
+    typer.Argument(help="Names in the catalogue or .toml files; the paper's four when none is named.", metavar="[MACHINE]..."),
 ]
 Settings = Annotated[
     list[str] | None,
@@ -52,6 +53,12 @@ Shear = Annotated[
         "--shear/--no-shear", help="Beams with shear deflection (Timoshenko) or without; what the file says by default."
     ),
 ]
+Drives = Annotated[
+    str | None,
+    typer.Option(
+        "--drives", help="Drives rigid, or as-described in the file, which is the default.", metavar="rigid|as-described"
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON in SI instead of tables.")]
 FigureFile = Annotated[
     list[str] | None,
@@ -78,7 +85,7 @@ Height = Annotated[
 ]
 
 
-def quantity(option: str, text: str | None, dimension: str, si: str) -> float | None:
+def quantity(option: str, text: str | None, dimension: str, si: str, positive: bool = False) -> float | None:
     """One number with its unit, in SI; None stays None.
 
     Raises:
@@ -92,7 +99,7 @@ def quantity(option: str, text: str | None, dimension: str, si: str) -> float | 
     from trivet.model.quantity import Quantity
 
     try:
-        return Quantity(dimension, si, _WRITTEN.get(si, si)).parse(text)
+        return Quantity(dimension, si, _WRITTEN.get(si, si), positive).parse(text)
     except PydanticCustomError as error:
         raise InputError(f'{option} "{text}": {error.message()}') from None
 

@@ -58,6 +58,20 @@ class Published:
 
 
 @dataclass(frozen=True)
+class PublishedDynamic:
+    """A published minimum dynamic stiffness at home, to be printed beside our own."""
+
+    __pydantic_config__ = STRICT
+
+    source: Annotated[str, StringConstraints(min_length=1)]
+    """Where it is published."""
+    quantity: Literal["D_xx", "D_yy", "D_zz"]
+    """Along which axis of {O} the platform centre is excited and moves."""
+    minimum: Stiffness
+    """Minimum over frequency of the force per displacement, 1/|H_jj|."""
+
+
+@dataclass(frozen=True)
 class Note:
     """Where a number comes from."""
 
@@ -81,7 +95,9 @@ class About:
     source: str = field(default="", compare=False)
     """Source of every number that has none of its own."""
     published: tuple[Published, ...] = field(default=(), compare=False)
-    """Published numbers to be printed beside ours."""
+    """Published static stiffnesses to be printed beside ours."""
+    published_dynamic: tuple[PublishedDynamic, ...] = field(default=(), compare=False)
+    """Published dynamic stiffnesses to be printed beside ours."""
     notes: tuple[Note, ...] = field(default=(), compare=False)
     """Sources of single numbers; written beside the numbers in the file."""
 
@@ -243,7 +259,7 @@ class Machine(eqx.Module):
 
     def renamed(self, name: str) -> Machine:
         """The machine under another name in tables; published values, which speak of the original, are left behind."""
-        return _replace(self, about=_replace(self.about, name=name, published=()))
+        return _replace(self, about=_replace(self.about, name=name, published=(), published_dynamic=()))
 
     def with_spherical(self, rotation: Literal["free", "clamped"] | float) -> Machine:
         """The machine with every spherical joint free, clamped, or elastic with a rotational stiffness (N m/rad)."""

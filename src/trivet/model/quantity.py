@@ -101,6 +101,8 @@ class Quantity:
             return None
         if self.si == "rad" and unit not in ANGLE_UNITS:
             return None  # to pint an angle is a pure number, and so is a percentage
+        if self.si == "Hz" and not unit.endswith(("Hz", "hertz")):
+            return None  # nor does it tell turns, or radians, from cycles
         return _factor(unit, self.si)
 
     def _bounded(self, exact: float | Decimal) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,16 +19,26 @@ def draw_comparison(result: Comparison, path: str | os.PathLike[str], *, overwri
     """Draw a comparison (PNG or self-contained HTML)."""
     suffix = check_suffix(path)
     with replacing(path, overwrite=overwrite) as temporary:
-        (_picture if suffix == ".png" else _page)(result, temporary)
+        if suffix == ".png":
+            from matplotlib.backends.backend_agg import FigureCanvasAgg
+            from matplotlib.figure import Figure
+
+            figure = Figure(figsize=size(result))
+            FigureCanvasAgg(figure)
+            plot(figure, result)
+            figure.savefig(temporary, format="png", dpi=100)
+        else:
+            page(result).write_html(temporary, include_plotlyjs=True, full_html=True)
 
 
-def _picture(result: Comparison, path: Path) -> None:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+def size(result: Comparison) -> tuple[float, float]:
+    """Width and height of a picture, inches."""
+    return 3.7 * max(3, len(result.maps)) + 0.8, 8.2
 
+
+def plot(canvas: Any, result: Comparison) -> None:
+    """Draw a comparison on a figure of matplotlib, or on a part of one."""
     count = max(3, len(result.maps))
-    canvas: Any = Figure(figsize=(3.7 * count + 0.8, 8.2))
-    FigureCanvasAgg(canvas)
     canvas.suptitle("Stiffness over the check points, best roll for " + result.maps[0].objective.name)
     # Margins by hand: the layout engines draw everything twice.
     upper = canvas.add_gridspec(1, 3, left=0.05, right=0.98, top=0.9, bottom=0.53, wspace=0.22)
@@ -45,7 +54,6 @@ def _picture(result: Comparison, path: Path) -> None:
         axes.set_title(f"{stiffness_map.machine.name}: {reached}", fontsize=10)
         axes.set_ylabel("y, mm" if k == 0 else "")
     canvas.colorbar(dots, cax=canvas.add_subplot(lower[count]), label=f"K_xx, {unit}")
-    canvas.savefig(path, format="png", dpi=100)
 
 
 def _common_range(result: Comparison, quantity: str) -> tuple[float, float]:
@@ -89,31 +97,32 @@ def _distributions(axes: Any, result: Comparison, quantity: str) -> None:
         axes.legend(loc="lower left", fontsize=8, markerscale=0.5)
 
 
-def _page(result: Comparison, path: Path) -> None:
+def page(result: Comparison) -> Any:
+    """A comparison as a figure of plotly."""
     import plotly.graph_objects as go
     from plotly.subplots import make_subplots
 
-    page = make_subplots(rows=1, cols=3, subplot_titles=[f"{q}, N/µm" for q in HELD])
+    figure = make_subplots(rows=1, cols=3, subplot_titles=[f"{q}, N/µm" for q in HELD])
     for column, quantity in enumerate(HELD, 1):
         for k, stiffness_map in enumerate(result.maps):
             values, _ = scaled(stiffness_map, quantity)
             name = stiffness_map.machine.name
-            page.add_trace(
+            figure.add_trace(
                 go.Violin(y=values[np.isfinite(values)], name=name, legendgroup=name, showlegend=column == 1,
                           line_color=SERIES[k % len(SERIES)], meanline_visible=True, points=False, spanmode="hard"),
                 row=1, col=column,
             )  # fmt: skip
         rows = [d for d in result.deviations if d.quantity == quantity]
-        page.add_trace(
+        figure.add_trace(
             go.Scatter(x=[d.machine for d in rows], y=[d.published / 1e6 for d in rows], mode="markers", name="published mean",
                        legendgroup="published", showlegend=column == 1 and bool(rows), text=[d.source for d in rows],
                        marker={"symbol": "diamond-open", "size": 10, "color": VERMILLION, "line": {"width": 2}}),
             row=1, col=column,
         )  # fmt: skip
-    page.update_yaxes(rangemode="tozero")
-    page.update_layout(
+    figure.update_yaxes(rangemode="tozero")
+    figure.update_layout(
         title="Stiffness over the check points, best roll for " + result.maps[0].objective.name,
         template="simple_white",
         height=560,
     )
-    page.write_html(path, include_plotlyjs=True, full_html=True)
+    return figure

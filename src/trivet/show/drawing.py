@@ -58,12 +58,16 @@ def draw(
 
 def heading(machine: Machine, seen: Scene, status: str = "") -> list[str]:
     """Lines above a drawing: the machine, how it stands, and the status where there is one."""
-    x, y, z = (1e3 * float(c) for c in seen.pose.origin)
-    azimuth, tilt, roll = (math.degrees(a) for a in zyz_angles(seen.pose))
-    pose = f"pose x {_short(x)}, y {_short(y)}, z {_short(z)} mm, α {_short(azimuth)}, β {_short(tilt)}, γ {_short(roll)} deg"
-    mode = f"mode {seen.mode}   ".replace("-", "−") if seen.mode else ""
-    title = f"{machine.name}: {machine.about.title}" if machine.about.title else machine.name
-    return [title, mode + pose] + ([status] if status else [])
+    return title_lines(machine, seen.pose, seen.mode) + ([status] if status else [])
+
+
+def title_lines(machine: Machine, pose: Frame, mode: str) -> list[str]:
+    """The machine, and how it stands."""
+    x, y, z = (1e3 * float(c) for c in pose.origin)
+    azimuth, tilt, roll = (math.degrees(a) for a in zyz_angles(pose))
+    stand = f"pose x {_short(x)}, y {_short(y)}, z {_short(z)} mm, α {_short(azimuth)}, β {_short(tilt)}, γ {_short(roll)} deg"
+    signs = f"mode {mode}   ".replace("-", "−") if mode else ""
+    return [f"{machine.name}: {machine.about.title}" if machine.about.title else machine.name, signs + stand]
 
 
 def _short(value: float) -> str:

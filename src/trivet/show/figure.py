@@ -11,22 +11,30 @@ from trivet.model import Machine
 from trivet.show.assembly import draw_assembly
 from trivet.show.comparison import draw_comparison
 from trivet.show.drawing import draw
+from trivet.show.dynamics import draw_dynamics, draw_whole
 from trivet.show.maps import draw_map
+from trivet.show.mode_shapes import draw_modes
+from trivet.show.response import draw_response
 from trivet.show.singularity import draw_singularities
 from trivet.study.comparison import Comparison
+from trivet.study.dynamic_comparison import DynamicComparison
+from trivet.study.frf import FrequencyResponse
+from trivet.study.modes import ModesReport
 from trivet.study.pose import PoseReport
+from trivet.study.response_summary import ShownResponse
 from trivet.study.singularity import SingularityReport
 from trivet.study.singularity_map import SingularityMap
 from trivet.study.stiffness_map import StiffnessMap
+from trivet.study.whole_comparison import WholeComparison
 
 
 @singledispatch
 def figure(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-    """Draw a machine, a pose, assembly modes, singularities, a map or a comparison.
+    """Draw a machine, a pose, assembly modes, singularities, a map, a comparison, natural modes or frequency responses.
 
     Args:
-        result: a Machine (at home), or what `pose`, `forward`, `singularity_report`, `stiffness_map`, `singularity_map`
-            or `compare` gave.
+        result: a Machine (at home), or what `pose`, `forward`, `singularity_report`, `stiffness_map`, `singularity_map`,
+            `compare`, `compare_dynamics`, `modes` or `frf` gave.
         path: file to write; .png is a picture, .html a page that needs no network.
         overwrite: whether the file may be replaced.
 
@@ -83,3 +91,28 @@ def _(result: SingularityMap, path: str | os.PathLike[str], *, overwrite: bool =
 @figure.register
 def _(result: Comparison, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     draw_comparison(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: FrequencyResponse, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_response(ShownResponse(result), path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: ShownResponse, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_response(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: ModesReport, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_modes(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: DynamicComparison, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_dynamics(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: WholeComparison, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_whole(result, path, overwrite=overwrite)

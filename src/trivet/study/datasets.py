@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import os
 from functools import singledispatch
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from trivet.kinematics.report import OK, STATUS_WORDS, joint_names
 from trivet.results.netcdf import COMPONENTS, labelled, write_groups, write_netcdf
 from trivet.study.comparison import Comparison
+from trivet.study.dynamic_comparison import DynamicComparison
+from trivet.study.frf import FrequencyResponse
+from trivet.study.modes import ModesReport
+from trivet.study.response_summary import ShownResponse
 from trivet.study.singularity_map import SingularityMap
 from trivet.study.stiffness_map import StiffnessMap
+from trivet.study.vibration_datasets import dynamics_datasets, modes_dataset, response_dataset
+from trivet.study.whole_comparison import WholeComparison
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -86,18 +92,18 @@ def singularity_dataset(result: SingularityMap) -> xr.Dataset:
 
 
 @singledispatch
-def save(result: StiffnessMap | SingularityMap | Comparison, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+def save(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     """Write a result as labelled NetCDF with units and the machine file inside; a comparison has one group per machine.
 
     Args:
-        result: what `stiffness_map`, `singularity_map` or `compare` gave.
+        result: what `stiffness_map`, `singularity_map`, `compare`, `compare_dynamics`, `modes` or `frf` gave.
         path: file to write; it appears whole or not at all.
         overwrite: whether the file may be replaced.
 
     Raises:
         InputError: when the file exists unasked or cannot be written.
     """
-    raise TypeError(f"no NetCDF of a {type(result).__name__}; maps and comparisons can be saved")
+    raise TypeError(f"no NetCDF of a {type(result).__name__}; maps, comparisons, modes and frequency responses can be saved")
 
 
 @save.register
@@ -111,5 +117,33 @@ def _(result: SingularityMap, path: str | os.PathLike[str], *, overwrite: bool =
 
 
 @save.register
+def _(result: ModesReport, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_netcdf(modes_dataset(result), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: FrequencyResponse, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_netcdf(response_dataset(result), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: ShownResponse, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_netcdf(response_dataset(result.whole), path, overwrite=overwrite)
+
+
+@save.register
 def _(result: Comparison, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     write_groups({m.machine.name: map_dataset(m) for m in result.maps}, path, overwrite=overwrite)
+
+
+@save.register
+def _(result: DynamicComparison, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_groups(dynamics_datasets(result), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: WholeComparison, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    groups = {m.machine.name: map_dataset(m) for m in result.static.maps}
+    for name, dynamic in (dynamics_datasets(result.dynamic) if result.dynamic is not None else {}).items():
+        groups[name] = groups[name].merge(dynamic, combine_attrs="no_conflicts")
+    write_groups(groups, path, overwrite=overwrite)

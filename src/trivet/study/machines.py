@@ -88,14 +88,16 @@ def switched(
     spherical: str | None = None,
     guide: str | None = None,
     shear: bool | None = None,
+    drives: str | None = None,
 ) -> Machine:
-    """A machine with switches of the static model thrown; None leaves what the machine file says.
+    """A machine with switches of the model thrown; None leaves what the machine file says.
 
     Args:
         machine: the machine.
         spherical: "free", "clamped" or a rotational stiffness with its unit ("300 N m/rad").
         guide: how carriages on circular guides give way, "translation" or "rotation".
         shear: whether beams deflect in shear (Timoshenko) or not (Euler-Bernoulli).
+        drives: "rigid", their actuators locked, or "as-described".
     """
     if spherical in ("free", "clamped"):
         machine = machine.with_spherical(spherical)  # type: ignore[arg-type]
@@ -110,6 +112,10 @@ def switched(
         machine = machine.with_guide(guide)  # type: ignore[arg-type]
     if shear is not None:
         machine = machine.with_theory("timoshenko" if shear else "euler-bernoulli")
+    if drives is not None:
+        if drives not in ("rigid", "as-described"):
+            raise InputError(f'drives "{drives}": expected rigid or as-described')
+        machine = machine.with_rigid_drives() if drives == "rigid" else machine
     check(machine)
     return machine
 

@@ -17,7 +17,7 @@ def platform_inertia(machine: Machine, poses: Frame) -> jax.Array:
     The JAX counterpart of `kinematics.inertia.platform_mass`, differentiable in the platform's dimensions.
     """
     platform = machine.platform
-    mass, moments = platform.mass or 0.0, jnp.diag(jnp.asarray(platform.inertia or (0.0, 0.0, 0.0)))
+    mass, moments = 0.0 if platform.mass is None else platform.mass, jnp.diag(jnp.asarray(platform.inertia or (0.0, 0.0, 0.0)))
     if platform.products_of_inertia is not None:
         xy, xz, yz = platform.products_of_inertia
         moments = moments + jnp.array([[0.0, xy, xz], [xy, 0.0, yz], [xz, yz, 0.0]])

@@ -1,0 +1,4 @@
+"""The commands, a module per command: its function `run` takes the options, and its docstring is the help."""
+
+NAMES = ("list", "show", "pose", "map", "compare", "forward", "singularity", "modes", "frf", "export", "schema")
+"""Commands in the order of the help; each is the module of its name."""

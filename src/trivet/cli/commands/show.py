@@ -1,0 +1,43 @@
+"""trivet show."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from trivet.cli import options as o
+from trivet.cli import output
+from trivet.cli.groups import At, Choice, Output
+
+
+def run(
+    *,
+    choice: Choice,
+    toml: Annotated[bool, typer.Option("--toml", help="Print the machine file, a start for your own.")] = False,
+    at: At,
+    mode: o.Mode = None,
+    out: Output,
+) -> None:
+    """Show a machine: its chains, dimensions and where the numbers come from; with --figure a 3-D picture at any pose."""
+    from trivet.cli.views import machine as view
+    from trivet.errors import InputError
+    from trivet.model import to_text
+
+    chosen = choice.load()
+    frame = at.frame(chosen)
+    if not out.figure and (at.is_given or mode is not None):
+        raise InputError("--position, --azimuth, --tilt, --roll and --mode choose the pose of a picture; add --figure")
+    if toml and out.as_json:
+        raise InputError("--toml and --json: choose one of them")
+    out.check()
+    if toml:
+        # Published values speak of the catalogue's machine, not of the one which somebody makes of it.
+        typer.echo(to_text(chosen.renamed(chosen.name)), nl=False)
+    else:
+        out.say(chosen, view)
+    for path in out.figure or []:
+        from trivet.show.drawing import draw
+
+        draw(chosen, frame, mode, path=path, overwrite=out.overwrite)
+        output.wrote(path)

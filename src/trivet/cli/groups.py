@@ -1,0 +1,162 @@
+"""Options in groups: a command takes a group as one parameter, and typer sees the options of the group one by one."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterator
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from typing import TYPE_CHECKING, Any, get_type_hints
+
+from trivet.cli import options as o
+from trivet.cli import output
+
+if TYPE_CHECKING:
+    from trivet.model import Machine
+    from trivet.space.frame import Frame
+    from trivet.space.surface import Surface
+
+
+def expanded(command: Callable[..., None]) -> Callable[..., None]:
+    """A command as typer takes it: every parameter whose type is one of the groups below spread into its options."""
+    hints = get_type_hints(command, include_extras=True)
+    groups: dict[str, Any] = {name: hint for name, hint in hints.items() if is_dataclass(hint)}
+    parameters: list[inspect.Parameter] = []
+    for name, own in inspect.signature(command).parameters.items():
+        single = own.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hints[name])
+        parameters += _options(groups[name]) if name in groups else [single]
+
+    def call(**values: Any) -> None:
+        made = {name: group(**{f.name: values.pop(f.name) for f in fields(group)}) for name, group in groups.items()}
+        command(**made, **values)
+
+    call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    call.__annotations__ = {p.name: p.annotation for p in parameters}
+    call.__doc__ = command.__doc__
+    return call
+
+
+def _options(group: Any) -> Iterator[inspect.Parameter]:
+    hints = get_type_hints(group, include_extras=True)
+    for field in fields(group):
+        default = inspect.Parameter.empty if field.default is MISSING else field.default
+        yield inspect.Parameter(field.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=hints[field.name])
+
+
+@dataclass(frozen=True)
+class Model:
+    """Switches of the model of stiffness."""
+
+    spherical: o.Spherical = None
+    guide: o.Guide = None
+    shear: o.Shear = None
+    drives: o.Drives = None
+
+    def of(self, machine: Machine) -> Machine:
+        """The machine with the switches thrown."""
+        from trivet.study.machines import switched
+
+        return switched(machine, self.spherical, self.guide, self.shear, self.drives)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One machine, with changes."""
+
+    machine: o.Machine
+    settings: o.Settings = None
+    locks: o.Locks = None
+
+    def load(self, model: Model | None = None) -> Machine:
+        """The machine."""
+        from trivet.study.machines import choose, locked, parse_settings
+
+        chosen = choose(self.machine, parse_settings(self.settings or []))
+        return locked(chosen if model is None else model.of(chosen), self.locks or [])
+
+
+@dataclass(frozen=True)
+class At:
+    """A pose; what is left open is as at home."""
+
+    position: o.Position = None
+    azimuth: o.Azimuth = None
+    tilt: o.Tilt = None
+    roll: o.Roll = None
+
+    @property
+    def is_given(self) -> bool:
+        """Whether any of it is."""
+        return any(text is not None for text in (self.position, self.azimuth, self.tilt, self.roll))
+
+    def numbers(self) -> tuple[tuple[float, float, float] | None, float | None, float | None, float | None]:
+        """Position (m) and alpha, beta, gamma (rad) as the studies take them."""
+        angles = (("--azimuth", self.azimuth), ("--tilt", self.tilt), ("--roll", self.roll))
+        alpha, beta, gamma = (o.quantity(name, text, "angle", "rad") for name, text in angles)
+        return o.triple("--position", self.position, "length", "m"), alpha, beta, gamma
+
+    def frame(self, machine: Machine) -> Frame:
+        """The platform frame."""
+        from trivet.space.pose import zyz_frame
+        from trivet.study.machines import pose_numbers
+
+        place, angles = pose_numbers(machine, *self.numbers())
+        return zyz_frame(place, *angles)
+
+
+@dataclass(frozen=True)
+class Hemisphere:
+    """The check points of a map."""
+
+    steps: o.Steps = 10
+    radius: o.Radius = None
+    height: o.Height = None
+
+    def lengths(self) -> tuple[float | None, float | None]:
+        """Radius and height (m); None is the machine's own."""
+        return o.quantity("--radius", self.radius, "length", "m"), o.quantity("--height", self.height, "length", "m")
+
+    def over(self, machine: Machine) -> Surface:
+        """The surface over a machine."""
+        from trivet.study.stiffness_map import surface_of
+
+        return surface_of(machine, self.steps, *self.lengths())
+
+
+@dataclass(frozen=True)
+class Output:
+    """Where a result goes: tables or JSON on the terminal, figures."""
+
+    figure: o.FigureFile = None
+    overwrite: o.Overwrite = False
+    as_json: o.Json = False
+
+    def check(self) -> None:
+        """Refuse before the work, not after it, files that cannot be written."""
+        output.check_files(self.figure or [], None, self.overwrite)
+
+    def say(self, result: Any, view: Any, *more: Any) -> None:
+        """Print a result by its view, a module of `cli.views` with `tables` and `as_json` of the result and of what is more."""
+        if self.as_json:
+            output.print_json(view.as_json(result, *more))
+        else:
+            output.print_parts(view.tables(result, *more))
+
+    def give(self, result: Any, view: Any, *more: Any) -> None:
+        """Print a result and draw it."""
+        self.say(result, view, *more)
+        output.draw(result, self.figure or [], self.overwrite)
+
+
+@dataclass(frozen=True)
+class DataOutput(Output):
+    """Where a result goes that can be kept as data as well."""
+
+    data: o.DataFile = None
+
+    def check(self) -> None:
+        output.check_files(self.figure or [], self.data, self.overwrite)
+
+    def give(self, result: Any, view: Any, *more: Any) -> None:
+        super().give(result, view, *more)
+        if self.data is not None:
+            output.save(result, self.data, self.overwrite)

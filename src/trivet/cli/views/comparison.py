@@ -1,0 +1,90 @@
+"""Machines side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from rich.table import Table
+
+from trivet.cli.views.layout import table
+from trivet.cli.views.si import finite
+from trivet.cli.views.stiffness_map import points_table, statistics_json, statistics_table
+from trivet.kinematics.mode import mode_words
+from trivet.study.comparison import CAVEATS, Comparison
+
+
+def tables(result: Comparison) -> Iterator[Any]:
+    """Statistics, published values, tests, convergence, caveats."""
+    maps = result.maps
+    surfaces = "; ".join(
+        f"{m.machine.name}: {m.surface.name} at z0 = {float(m.surface.position[:, 2].min()) * 1e3:g} mm, {mode_words(m.mode)}"
+        for m in maps
+    )
+    yield f"best roll for {maps[0].objective.name}. {surfaces}"
+    yield statistics_table(maps)
+    yield points_table(maps)
+    for rows, view in ((result.deviations, _published), (result.tests, _tests), (result.convergence, _convergence)):
+        if rows:
+            yield view(result)
+    yield "\n".join(f"Mind: {caveat}" for caveat in CAVEATS)
+
+
+def _published(result: Comparison) -> Table:
+    columns = ("machine", "source", "", "n", "published", "ours", "deviation", "variance published", "ours")
+    found = table("beside published means, N/µm", *columns, left=3)
+    used = {m.machine.name: str(int(m.used.sum())) for m in result.maps}
+    for d in result.deviations:
+        variance = "" if d.published_variance is None else f"{d.published_variance / 1e12:.3f}"
+        means = (f"{d.published / 1e6:.3f}", f"{d.ours / 1e6:.3f}", f"{100 * d.relative:+.1f} %")
+        found.add_row(d.machine, d.source, d.quantity, used[d.machine], *means, variance, f"{d.our_variance / 1e12:.4f}")
+    return found
+
+
+def _tests(result: Comparison) -> Table:
+    columns = ("pair", "", "difference N/µm", "t", "p", "p Holm", "Hedges' g")
+    found = table("Welch's two-tailed t test, p after Holm's correction over all rows", *columns, left=2)
+    for t in result.tests:
+        numbers = (f"{t.difference / 1e6:+.3f}", f"{t.t:.2f}", f"{t.p:.2g}", f"{t.p_holm:.2g}", f"{t.effect:+.2f}")
+        found.add_row(f"{t.first} - {t.second}", t.quantity, *numbers)
+    return found
+
+
+def _convergence(result: Comparison) -> Table:
+    columns = ("machine", "", "points", "mean N/µm", "finer points", "mean N/µm", "change")
+    found = table("convergence: means on a finer lattice", *columns, left=2)
+    for c in result.convergence:
+        means = (str(c.points), f"{c.mean / 1e6:.4f}", str(c.finer_points), f"{c.finer_mean / 1e6:.4f}")
+        found.add_row(c.machine, c.quantity, *means, f"{100 * c.relative:+.2f} %")
+    return found
+
+
+def as_json(result: Comparison) -> dict[str, Any]:
+    """A comparison."""
+    return {
+        "machines": [statistics_json(m) for m in result.maps],
+        "published": [
+            {
+                "machine": d.machine, "source": d.source, "quantity": d.quantity, "published_mean_N_per_m": d.published,
+                "mean_N_per_m": d.ours, "relative_deviation": d.relative, "published_variance_N2_per_m2": d.published_variance,
+                "variance_N2_per_m2": d.our_variance,
+            }
+            for d in result.deviations
+        ],
+        "tests": [
+            {
+                "first": t.first, "second": t.second, "quantity": t.quantity, "difference_N_per_m": finite(t.difference),
+                "t": finite(t.t), "degrees_of_freedom": finite(t.freedom), "p": finite(t.p),
+                "p_holm": finite(t.p_holm), "hedges_g": finite(t.effect),
+            }
+            for t in result.tests
+        ],
+        "convergence": [
+            {
+                "machine": c.machine, "quantity": c.quantity, "points": c.points, "mean_N_per_m": c.mean,
+                "finer_points": c.finer_points, "finer_mean_N_per_m": c.finer_mean, "relative_change": c.relative,
+            }
+            for c in result.convergence
+        ],
+        "caveats": list(CAVEATS),
+    }  # fmt: skip

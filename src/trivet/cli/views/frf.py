@@ -1,0 +1,82 @@
+"""Frequency responses at a pose."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+from trivet.cli.views.dynamics import minima_json
+from trivet.cli.views.layout import reached, table, where
+from trivet.cli.views.si import finite, pose_keys
+from trivet.study.response_summary import ShownResponse, unit_of_stiffness
+
+
+def tables(shown: ShownResponse) -> Iterator[Any]:
+    """Natural frequencies, the response there, minimum dynamic stiffness."""
+    whole = shown.whole
+    at, low, high = whole.at, whole.frequency[0], whole.frequency[-1]
+    yield (
+        f"{where(at.machine.name, at.mode, at.position, at.angles)}\n{reached(at.miss)}\n"
+        f"{shown.output} of {whole.response} under loads at {whole.excitation}, method {whole.method}, "
+        f"{whole.damping} damping with loss factor {whole.loss_factor:g}, {low:g} to {high:g} Hz"
+    )
+    yield _resonances(shown) if len(whole.natural) else f"no natural frequency from {low:g} to {high:g} Hz"
+    if shown.minima:
+        yield _minima(shown)
+    elif whole.response == whole.excitation:
+        yield "Without damping the dynamic stiffness has no minimum but zero."
+
+
+def _resonances(shown: ShownResponse) -> Table:
+    heads = [head for entry in shown.entries for head in (f"{entry} {shown.unit(entry).written}", "phase °")]
+    found = table(f"natural frequencies and the {shown.output} there", "", "Hz", *heads)
+    values = [shown.unit(entry).factor * shown.at_resonances(entry) for entry in shown.entries]
+    for k, frequency in enumerate(shown.whole.natural):
+        cells = [cell for own in values for cell in _polar(own[k])]
+        found.add_row(str(k + 1), f"{frequency:.2f}", *cells)
+    return found
+
+
+def _polar(value: complex) -> tuple[str, str]:
+    return (f"{abs(value):.4g}", f"{np.degrees(np.angle(value)):.1f}") if value else ("0", "")
+
+
+def _minima(shown: ShownResponse) -> Table:
+    found = table("minimum dynamic stiffness", "direction", "load per motion", "at Hz")
+    for minimum in shown.minima:
+        own = unit_of_stiffness(minimum.direction)
+        value = f"{own.factor * minimum.stiffness:.5g} {own.written}"
+        found.add_row(minimum.direction, value, f"{minimum.frequency:.2f}")
+    return found
+
+
+def as_json(shown: ShownResponse) -> dict[str, Any]:
+    """The whole response of the chosen entries."""
+    whole = shown.whole
+    at = whole.at
+    return {
+        "machine": at.machine.name,
+        "mode": at.mode,
+        **pose_keys(at.position, at.angles),
+        "reached": at.miss is None,
+        "response": whole.response,
+        "excitation": whole.excitation,
+        "output": shown.output,
+        "method": whole.method,
+        "damping": whole.damping,
+        "loss_factor": whole.loss_factor,
+        "natural_frequencies_Hz": finite(whole.natural),
+        "minimum_dynamic_stiffness": minima_json(shown.minima),
+        "frequency_Hz": finite(whole.frequency),
+        "entries": {
+            entry: {
+                "unit": shown.unit(entry).si,
+                "re": finite(shown.values(entry).real),
+                "im": finite(shown.values(entry).imag),
+            }
+            for entry in shown.entries
+        },
+    }

@@ -1,0 +1,43 @@
+"""Tables and numbers as people read them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from rich.table import Table
+
+from trivet.kinematics.mode import mode_words
+from trivet.kinematics.report import Shortfall
+
+
+def table(title: str, *columns: str, left: int = 1) -> Table:
+    """An empty table; the first `left` columns are words."""
+    made = Table(
+        title=title, title_justify="left", title_style="bold", header_style="", box=None, pad_edge=False, padding=(0, 2, 0, 0)
+    )
+    for k, column in enumerate(columns):
+        made.add_column(column, justify="left" if k < left else "right", no_wrap=k < left)
+    return made
+
+
+def where(name: str, mode: str, position: Sequence[float], angles: Sequence[float]) -> str:
+    """A machine and how it stands, from SI."""
+    x, y, z = (f"{1e3 * float(v) + 0.0:g}" for v in position)
+    alpha, beta, gamma = (f"{math.degrees(v):.6g}" for v in angles)
+    return f"{name}, {mode_words(mode)}, centre ({x}, {y}, {z}) mm, alpha {alpha}°, beta {beta}°, gamma {gamma}°"
+
+
+def reached(miss: Shortfall | None) -> str:
+    """Whether a pose is reached."""
+    return "reached, all joints inside their travel" if miss is None else f"NOT inside travel: {miss.reason}"
+
+
+def decimals(value: float) -> str:
+    """Four decimals, without a negative zero."""
+    return f"{round(value, 4) + 0.0:.4f}"
+
+
+def plain_number(value: float) -> str:
+    """Six digits, without what is rounding beside a unit."""
+    return f"{round(value, 9) + 0.0:.6g}"

@@ -1,0 +1,31 @@
+"""Numbers for programs: SI throughout, the unit at the end of every key that has one, null where there is no number."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+
+def finite(value: Any) -> Any:
+    """Numbers and arrays as JSON can hold them: NaN and infinities become null."""
+    if isinstance(value, np.ndarray):
+        return [finite(v) for v in value.tolist()]
+    if isinstance(value, (list, tuple)):
+        return [finite(v) for v in value]
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else None
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def diagonal_key(name: str) -> str:
+    """ "K_xx" as "K_xx_N_per_m", a rotational one as "K_rx_N_m_per_rad"."""
+    return f"{name}_{'N_m_per_rad' if '_r' in name else 'N_per_m'}"
+
+
+def pose_keys(position: Sequence[float], angles: Sequence[float]) -> dict[str, Any]:
+    """A pose."""
+    azimuth, tilt, roll = angles
+    return {"position_m": [float(c) for c in position], "azimuth_rad": azimuth, "tilt_rad": tilt, "roll_rad": roll}

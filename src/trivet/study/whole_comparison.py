@@ -1,0 +1,18 @@
+"""Machines compared by their static stiffness over a hemisphere and by their dynamic stiffness at home."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from trivet.study.comparison import Comparison
+from trivet.study.dynamic_comparison import DynamicComparison
+
+
+@dataclass(frozen=True)
+class WholeComparison:
+    """Both halves of a comparison."""
+
+    static: Comparison
+    dynamic: DynamicComparison | None
+    missing: str = ""
+    """Why there is no dynamic half, where it was asked for."""
