@@ -245,6 +245,22 @@ def test_places_on_one_body_move_with_it() -> None:
     )
 
 
+def test_a_share_counts_from_the_ground() -> None:
+    machine, pose, signs = stand()
+    structure = assemble(machine, pose, signs)
+    (beam,) = (beam for beam in structure.beams if beam.name == "leg-2.link")
+    first, second = structure.nodes[beam.first], structure.nodes[beam.second]
+    once = place_of(machine, pose, structure, "leg-2.link@0.25")
+    twice = place_of(machine, pose, once.structure, "leg-2.link@0.75")
+    for place, share in ((once, 0.25), (twice, 0.75)):
+        np.testing.assert_allclose(place.at, (1 - share) * first + share * second, atol=1e-15)
+        np.testing.assert_array_equal(twice.structure.nodes[place.node], place.at)
+    pieces = [piece for piece in twice.structure.beams if piece.name == "leg-2.link"]
+    np.testing.assert_allclose([float(piece.length) for piece in pieces], np.array([0.25, 0.5, 0.25]) * 0.216, rtol=1e-12)
+    assert place_of(machine, pose, structure, "leg-2.link@1.0").node == beam.second
+    assert place_of(machine, pose, structure, "leg-2.link@0").node == beam.first
+
+
 @pytest.mark.parametrize("share", [0.9, 0.5, 0.1])
 def test_a_cut_changes_nothing(share: float) -> None:
     """A node where somebody looks divides a beam into pieces of different length; up to high frequencies nobody feels it."""

@@ -32,6 +32,9 @@ def main() -> None:
         code = 0 if isinstance(error, BrokenPipeError) else 1
         if code:
             print(f"trivet: the output cannot be written: {error.strerror}", file=sys.stderr)
+    finally:
+        if hasattr(signal, "setitimer"):
+            signal.setitimer(signal.ITIMER_REAL, 0)  # whoever is leaving has got here
     # All is written; what the interpreter still clears away is not to be interrupted.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     sys.exit(code)

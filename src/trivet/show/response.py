@@ -18,6 +18,8 @@ from trivet.study.response_summary import ShownResponse, unit_of_stiffness
 
 SERIES = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILLION)
 NATURAL = "#B8B8B8"
+UNBOUNDED = 1e-4
+"""Distance from a natural frequency, against it, up to which an undamped response is left out."""
 LEAST = "minimum dynamic stiffness"
 HEADROOM = 3.0
 """How far above the greatest magnitude the axis goes, as a factor, for the words there."""
@@ -31,7 +33,7 @@ class Curve(NamedTuple):
     is_hidden: bool
     """Whether it lies on a curve drawn before, so that it is to be dashed."""
     magnitude: np.ndarray
-    """(n,) in the unit of its panel."""
+    """(n,) in the unit of its panel; NaN where it has no bound."""
     phase: np.ndarray
     """(n,) deg; NaN where it jumps from one end of the scale to the other."""
 
@@ -70,12 +72,21 @@ def panels(shown: ShownResponse) -> dict[str, list[Curve]]:
     for entry, colour in zip(shown.entries, SERIES * (1 + len(shown.entries) // len(SERIES)), strict=False):
         unit, values = shown.unit(entry), shown.values(entry)
         panel = found.setdefault(unit.written, [])
-        magnitude = unit.factor * np.abs(values)
-        hidden = any(np.allclose(magnitude, other.magnitude, rtol=0.01, atol=0) for other in panel)
+        magnitude = np.where(_unbounded(shown), np.nan, unit.factor * np.abs(values))
+        hidden = any(np.allclose(magnitude, other.magnitude, rtol=0.01, atol=0, equal_nan=True) for other in panel)
         phase = np.degrees(np.angle(values))
         phase[1:][np.abs(np.diff(phase)) > 180] = np.nan
         panel.append(Curve(entry, colour, hidden, magnitude, phase))
     return found
+
+
+def _unbounded(shown: ShownResponse) -> np.ndarray:
+    """(n,): frequencies so near to a natural one that without damping there is nothing to draw."""
+    frequency, natural = shown.whole.frequency, shown.whole.natural
+    if shown.whole.loss_factor > 0 or not len(natural):
+        return np.zeros(len(frequency), dtype=bool)
+    near: np.ndarray = np.abs(frequency[:, None] / natural - 1).min(axis=1) < UNBOUNDED
+    return near
 
 
 def marks(shown: ShownResponse, curves: list[Curve]) -> list[Mark]:
@@ -237,9 +248,13 @@ def _traces(shown: ShownResponse, curve: Curve, unit: str) -> tuple[Any, Any]:
     }
     name = f"{curve.entry} %{{y:.4g}}"
     return (
-        go.Scatter(y=curve.magnitude, hovertemplate=f"{name} {unit}<extra></extra>", **common),
-        go.Scatter(y=curve.phase.round(3), hovertemplate=f"{name}°<extra></extra>", showlegend=False, **common),
+        go.Scatter(y=_gaps(curve.magnitude), hovertemplate=f"{name} {unit}<extra></extra>", **common),
+        go.Scatter(y=_gaps(curve.phase.round(3)), hovertemplate=f"{name}°<extra></extra>", showlegend=False, **common),
     )
+
+
+def _gaps(values: np.ndarray) -> list[float | None]:
+    return [float(v) if math.isfinite(v) else None for v in values]
 
 
 def _natural(shown: ShownResponse, curves: list[Curve], is_first: bool) -> list[Any]:
@@ -249,7 +264,7 @@ def _natural(shown: ShownResponse, curves: list[Curve], is_first: bool) -> list[
     natural = shown.whole.natural
     if not len(natural):
         return []
-    below = np.full(len(natural), 0.5 * min(curve.magnitude.min() for curve in curves))
+    below = np.full(len(natural), 0.5 * min(np.nanmin(curve.magnitude) for curve in curves))
     marker = {"symbol": "line-ns-open", "size": 14, "color": "#606060", "line": {"width": 1.5}}
     return [
         go.Scatter(

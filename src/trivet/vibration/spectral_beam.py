@@ -42,10 +42,10 @@ def transfer(made: Uniform, length: Scalar, square: Array, elastic: Scalar, term
     square = square[:, None]
     # Stretching and torsion, then bending in the local x-y and x-z planes.
     stiff, inert = _pair(made.axial, made.torsion) * elastic, _pair(made.mass, made.polar)
-    flexural, shear = _pair(made.flexural_z, made.flexural_y) * elastic, _pair(made.shear_y, made.shear_z) * elastic
+    flexural, shear = _pair(made.flexural_z, made.flexural_y) * elastic, _pair(made.shear_y, made.shear_z)
     heavy, turning = square * made.mass * length, square * _pair(made.rotary_z, made.rotary_y) * length
     soft, mass = length / stiff, square * inert * length
-    bend, give = length / flexural, length / shear
+    bend, give = length / flexural, length / shear / elastic  # infinite shear stiffness times eta would have no derivative
     area = length * length
     phi_z, r = heavy * give, turning * bend
     s = jnp.concatenate([-mass * soft, -(phi_z + r)], axis=-1)

@@ -17,7 +17,7 @@ def run(
     at: At,
     mode: o.Mode = None,
     model: Model,
-    count: Annotated[int, typer.Option("--count", help="How many modes.")] = 12,
+    count: Annotated[int, typer.Option("--count", help="How many modes.", min=1, max=100)] = 12,
     elements: Annotated[
         int | None, typer.Option("--elements", help="Finite elements of every beam for the shapes; 8 by default.")
     ] = None,

@@ -8,7 +8,7 @@ from typing import Any
 from rich.table import Table
 
 from trivet.cli.views.layout import table
-from trivet.cli.views.si import finite
+from trivet.cli.views.si import finite, minima_json
 from trivet.study.dynamic_comparison import AS_DESCRIBED, TRANSLATIONS, DynamicComparison, Dynamics
 from trivet.study.frf import Minimum
 
@@ -122,15 +122,3 @@ def _one(own: Dynamics) -> dict[str, Any]:
         "minimum_dynamic_stiffness": minima_json(own.minima),
         "natural_frequencies_Hz": finite(own.natural),
     }
-
-
-def minima_json(minima: Any) -> list[dict[str, Any]]:
-    """Minima of the dynamic stiffness, with their units."""
-    return [
-        {
-            "direction": m.direction,
-            f"stiffness_{'N_m_per_rad' if m.direction.startswith('r') else 'N_per_m'}": finite(m.stiffness),
-            "frequency_Hz": finite(m.frequency),
-        }
-        for m in minima
-    ]

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from trivet.cli.views.dynamics import minima_json
 from trivet.cli.views.layout import reached, table, where
-from trivet.cli.views.si import finite, pose_keys
+from trivet.cli.views.si import finite, minima_json, pose_keys
 from trivet.study.response_summary import ShownResponse, unit_of_stiffness
 
 
@@ -26,14 +25,16 @@ def tables(shown: ShownResponse) -> Iterator[Any]:
     yield _resonances(shown) if len(whole.natural) else f"no natural frequency from {low:g} to {high:g} Hz"
     if shown.minima:
         yield _minima(shown)
-    elif whole.response == whole.excitation:
-        yield "Without damping the dynamic stiffness has no minimum but zero."
+    elif whole.loss_factor == 0:
+        yield "Without damping the response has no bound at a natural frequency, and the dynamic stiffness goes down to zero."
 
 
 def _resonances(shown: ShownResponse) -> Table:
-    heads = [head for entry in shown.entries for head in (f"{entry} {shown.unit(entry).written}", "phase °")]
-    found = table(f"natural frequencies and the {shown.output} there", "", "Hz", *heads)
-    values = [shown.unit(entry).factor * shown.at_resonances(entry) for entry in shown.entries]
+    entries = shown.entries if shown.whole.loss_factor > 0 else ()  # else there is no bound
+    heads = [head for entry in entries for head in (f"{entry} {shown.unit(entry).written}", "phase °")]
+    title = f"natural frequencies and the {shown.output} there" if entries else "natural frequencies"
+    found = table(title, "", "Hz", *heads)
+    values = [shown.unit(entry).factor * shown.at_resonances(entry) for entry in entries]
     for k, frequency in enumerate(shown.whole.natural):
         cells = [cell for own in values for cell in _polar(own[k])]
         found.add_row(str(k + 1), f"{frequency:.2f}", *cells)

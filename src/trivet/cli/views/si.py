@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from trivet.study.frf import Minimum
 
 
 def finite(value: Any) -> Any:
@@ -29,3 +32,15 @@ def pose_keys(position: Sequence[float], angles: Sequence[float]) -> dict[str, A
     """A pose."""
     azimuth, tilt, roll = angles
     return {"position_m": [float(c) for c in position], "azimuth_rad": azimuth, "tilt_rad": tilt, "roll_rad": roll}
+
+
+def minima_json(minima: Iterable[Minimum]) -> list[dict[str, Any]]:
+    """Minima of the dynamic stiffness, with their units."""
+    return [
+        {
+            "direction": m.direction,
+            f"stiffness_{'N_m_per_rad' if m.direction.startswith('r') else 'N_per_m'}": finite(m.stiffness),
+            "frequency_Hz": finite(m.frequency),
+        }
+        for m in minima
+    ]
