@@ -96,7 +96,8 @@ def marks(shown: ShownResponse, curves: list[Curve]) -> list[Mark]:
         if curve.entry in shown.marks:
             minimum = shown.marks[curve.entry]
             unit = unit_of_stiffness(minimum.direction)
-            words = (f"{_digits(unit.factor * minimum.stiffness)} {unit.written}", f"{minimum.frequency:.1f} Hz")
+            end = ", end of the range" if shown.is_at_end(minimum) else ""
+            words = (f"{_digits(unit.factor * minimum.stiffness)} {unit.written}", f"{minimum.frequency:.1f} Hz{end}")
             found.setdefault(words, []).append((curve, minimum.frequency))
     rows = []
     for (stiffness, frequency), members in found.items():
@@ -172,7 +173,7 @@ def _label(axes: Any, mark: Mark, row: int) -> None:
     label = None if row else LEAST
     axes.plot(
         mark.frequency, mark.magnitude, "o", markersize=8, markerfacecolor="white", markeredgecolor=mark.colour, zorder=5,
-        linestyle="none", label=label,
+        linestyle="none", clip_on=False, label=label,
     )  # fmt: skip
     axes.annotate(
         mark.text,

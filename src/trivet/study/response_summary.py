@@ -16,6 +16,9 @@ from trivet.vibration.response import OUTPUTS
 NOTHING = 1e-9
 """Share of the greatest response of its kind below which a response is rounding."""
 
+END = 1e-6
+"""Distance from an end of the range of frequencies, against it, up to which a minimum is said to lie there."""
+
 _MOTION = {
     ("receptance", False): ("m", "µm", 1e6),
     ("receptance", True): ("rad", "µrad", 1e6),
@@ -77,6 +80,11 @@ class ShownResponse:
         """Minimum dynamic stiffness along and about x, y, z; none where motion and load are apart, or nothing is damped."""
         whole = self.whole
         return whole.minima if whole.response == whole.excitation and whole.loss_factor > 0 else []
+
+    def is_at_end(self, minimum: Minimum) -> bool:
+        """Whether a minimum lies at an end of the range of frequencies, beyond which there may be less."""
+        ends = self.whole.frequency[[0, -1]]
+        return bool(np.any(np.abs(minimum.frequency - ends) < END * ends))
 
     @property
     def marks(self) -> dict[str, Minimum]:

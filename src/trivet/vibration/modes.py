@@ -28,6 +28,8 @@ ELEMENTS = 8
 """Elements of a beam when nothing is said."""
 LOOSE = 1e-9
 """Stiffness of a motion, against the median of all, below which nothing resists it."""
+TRACE = 1e-9
+"""Mass which `exact_frequencies` lends to what has none, as a share of its stiffness over the square of the frequency."""
 FREE = 1e-13
 """Strain energy of a mode, against the terms of which it is the sum, below which it is rounding."""
 
@@ -233,9 +235,12 @@ def exact_frequencies(structure: Structure, start: np.ndarray) -> np.ndarray:
     """
     squares = (2 * math.pi * np.asarray(start, dtype=float)) ** 2
     exact = ExactStructure(exact_mesh(structure, math.sqrt(squares.max()) * 1.2))
+    still, _ = exact.real(0.0)
     for index, square in enumerate(squares):
         for _ in range(6):
             stiffness, mass = exact.real(square)
+            # What has no mass of its own gets a trace of it: that shortens steps, and moves no zero.
+            mass = mass + TRACE / square * still
             (step,) = scipy.linalg.eigh(stiffness, mass, eigvals_only=True, subset_by_index=[index, index])
             square += step
             if abs(step) < 1e-13 * square:

@@ -46,11 +46,13 @@ def _polar(value: complex) -> tuple[str, str]:
 
 
 def _minima(shown: ShownResponse) -> Table:
-    found = table("minimum dynamic stiffness", "direction", "load per motion", "at Hz")
+    found = table("minimum dynamic stiffness", "direction", "load per motion", "at Hz", "")
+    found.columns[3].justify = "left"
     for minimum in shown.minima:
         own = unit_of_stiffness(minimum.direction)
         value = f"{own.factor * minimum.stiffness:.5g} {own.written}"
-        found.add_row(minimum.direction, value, f"{minimum.frequency:.2f}")
+        end = "end of the range, there may be less beyond" if shown.is_at_end(minimum) else ""
+        found.add_row(minimum.direction, value, f"{minimum.frequency:.2f}", end)
     return found
 
 
