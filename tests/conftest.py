@@ -5,6 +5,9 @@ from __future__ import annotations
 import importlib
 import os
 import shutil
+import sys
+from collections.abc import Callable
+from pathlib import Path
 
 # The systems are small: threads inside LAPACK cost more than they bring.  To be set before NumPy is imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -33,6 +36,25 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
             if os.environ.get("TRIVET_PEERS") == "required":
                 pytest.fail(reason + "; TRIVET_PEERS=required", pytrace=False)
             pytest.skip(reason)
+
+
+@pytest.fixture
+def trivet(
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> Callable[..., tuple[int, str, str]]:
+    """Runs a command in an empty folder; gives its exit code, output and errors."""
+    from trivet.cli import main
+
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["trivet", *arguments])
+        with pytest.raises(SystemExit) as stop:
+            main()
+        out, err = capfd.readouterr()
+        return int(stop.value.code or 0), out, err
+
+    return run
 
 
 def missing(name: str, module: str | None = None, program: str | None = None) -> str | None:
