@@ -172,6 +172,8 @@ def test_effective_mass_of_a_rigid_platform() -> None:
     found = modes(machine, home_pose(machine), parse_mode(machine), 3)
     np.testing.assert_allclose(found.effective_mass[:2].sum(axis=1), 2000, rtol=2e-3)
     np.testing.assert_allclose(found.effective_mass[5].sum(), 40, rtol=2e-3)
+    # Seen from {O}, what is moved along x and y turns about y and x, with the height as its arm.
+    np.testing.assert_allclose(found.effective_mass[3:5].sum(axis=1), 2000 * 0.125**2, rtol=2e-2)
 
 
 @pytest.mark.parametrize("damping", ["structural", "modal"])
@@ -296,6 +298,11 @@ def oscillator(natural: float, stiffness: float, loss: float, damping: str = "st
     return size
 
 
+def alone(size: Any) -> Any:
+    """One response as a column."""
+    return lambda frequency: size(frequency)[:, None]
+
+
 @pytest.mark.parametrize("natural", [1.37, 123.456, 19876.5])
 @pytest.mark.parametrize("loss", [1e-3, 0.02, 0.3])
 def test_peak_of_an_oscillator(natural: float, loss: float) -> None:
@@ -306,7 +313,7 @@ def test_peak_of_an_oscillator(natural: float, loss: float) -> None:
         ("modal", 5e6 * loss * math.sqrt(1 - zeta**2), natural * math.sqrt(1 - 2 * zeta**2)),
     ):
         size = oscillator(natural, 5e6, loss, damping)
-        (peak,) = greatest(lambda f, size=size: size(f)[:, None], 1.0, 20000.0, loss)
+        (peak,) = greatest(alone(size), 1.0, 20000.0, loss)
         np.testing.assert_allclose(1 / peak.size, stiffness, rtol=1e-12)
         np.testing.assert_allclose(peak.frequency, frequency, rtol=1e-6)
 
@@ -326,8 +333,8 @@ def test_the_greatest_of_many_peaks() -> None:
 
 def test_peaks_at_the_ends_and_none() -> None:
     size = oscillator(500.0, 1.0, 0.02)
-    (low,) = greatest(lambda f: size(f)[:, None], 600.0, 900.0, 0.02)
-    (high,) = greatest(lambda f: size(f)[:, None], 100.0, 400.0, 0.02)
+    (low,) = greatest(alone(size), 600.0, 900.0, 0.02)
+    (high,) = greatest(alone(size), 100.0, 400.0, 0.02)
     assert (low.frequency, high.frequency) == (600.0, 400.0)
     (nothing,) = greatest(lambda f: np.full((len(f), 1), np.nan), 1.0, 10.0, 0.02)
     assert math.isnan(nothing.size)
@@ -403,7 +410,8 @@ def test_natural_frequencies_up_to_a_limit() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "expected"), [("xx", ("x", "x")), ("x_ry", ("x", "ry")), ("rzrz", ("rz", "rz")), ("rz_x", ("rz", "x"))]
+    ("name", "expected"),
+    [("xx", ("x", "x")), ("xz", ("x", "z")), ("x_ry", ("x", "ry")), ("rzrz", ("rz", "rz")), ("rz_x", ("rz", "x"))],
 )
 def test_directions(name: str, expected: tuple[str, str]) -> None:
     assert directions(name) == expected
@@ -457,10 +465,11 @@ def test_a_slide_without_a_drive_is_named() -> None:
         modes(loose, pose, signs)
 
 
-def test_a_singular_pose_is_named() -> None:
-    """Where the second links of Glozman's machine lie level, nothing holds the platform up."""
+@pytest.mark.parametrize("above", [0.0, 5e-6])
+def test_a_singular_pose_is_named(above: float) -> None:
+    """Where the second links of Glozman's machine lie level, nothing holds the platform up; next to it hardly anything."""
     machine = load("glozman").with_spherical("free").with_rigid_drives()
-    level = zyz_frame((0.0, 0.0, math.sqrt(0.13**2 - 0.014**2)), 0.0, 0.0, 0.0)
+    level = zyz_frame((0.0, 0.0, math.sqrt(0.13**2 - 0.014**2) + above), 0.0, 0.0, 0.0)
     with pytest.raises(NoResultError, match=r"^glozman: .*without resistance.*leg-\d\.hinge"):
         modes(machine, level, parse_mode(machine))
 

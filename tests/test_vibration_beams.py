@@ -21,7 +21,7 @@ from trivet.vibration.exact import ExactStructure, exact_mesh
 from trivet.vibration.mesh import MOST_ELEMENTS, divided, mesh
 from trivet.vibration.modes import LARGEST_DENSE, eigenmodes, exact_frequencies
 from trivet.vibration.response import direct_receptance, exact_receptance
-from trivet.vibration.spectral_beam import terms_for, transfer, wave_numbers
+from trivet.vibration.spectral_beam import terms_for, transfer_matrix, wave_numbers
 
 LENGTH = 0.7
 # A steel bar of 20 mm by 30 mm, and what makes it an Euler-Bernoulli beam.
@@ -228,6 +228,7 @@ def test_many_displacements_lead_to_the_same_modes() -> None:
     frequencies, shapes = eigenmodes(fine, 6)
     np.testing.assert_allclose(frequencies, lowest(structure, 6), rtol=1e-7)
     np.testing.assert_allclose(shapes.T @ fine.mass @ shapes, np.eye(6), atol=1e-7)
+    np.testing.assert_allclose(np.diag(shapes.T @ fine.stiffness @ shapes), (2 * math.pi * frequencies) ** 2, rtol=1e-5)
 
 
 @THEORIES
@@ -308,7 +309,7 @@ def test_transfer_matrix(made: Uniform, frequency: float, loss: float) -> None:
     omega, elastic = 2 * math.pi * frequency, 1 + 1j * loss if loss else 1.0
     length = min(LENGTH, 7.5 / max(float(wave_numbers(made, omega).max()), 1e-9))
     terms = terms_for(8.0)
-    found = scaled(np.asarray(transfer(made, length, jnp.array([omega**2]), elastic, terms))[0], FORCE)
+    found = scaled(np.asarray(transfer_matrix(made, length, jnp.array([omega**2]), elastic, terms))[0], FORCE)
     expected = scaled(scipy.linalg.expm(state_matrix(made, omega, elastic) * length), FORCE)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * np.abs(expected).max())
     assert np.iscomplexobj(found) == bool(loss)
@@ -320,7 +321,7 @@ def test_transfer_matrix(made: Uniform, frequency: float, loss: float) -> None:
 
 @THEORIES
 def test_transfer_matrix_at_rest_is_the_static_flexibility(made: Uniform) -> None:
-    matrix = np.asarray(transfer(made, LENGTH, jnp.zeros(1), 1.0, 8))[0]
+    matrix = np.asarray(transfer_matrix(made, LENGTH, jnp.zeros(1), 1.0, 8))[0]
     beam = BeamElement("beam", 0, 1, np.eye(3), np.array(LENGTH), made)
     soft = matrix[:6, 6:] @ np.linalg.inv(matrix[6:, 6:])
     np.testing.assert_allclose(soft, np.linalg.inv(local_stiffness(beam)[6:, 6:]), rtol=1e-12, atol=1e-22)
@@ -328,7 +329,7 @@ def test_transfer_matrix_at_rest_is_the_static_flexibility(made: Uniform) -> Non
 
 @THEORIES
 def test_a_beam_without_length_changes_nothing(made: Uniform) -> None:
-    found = transfer(made, 0.0, jnp.array([0.0, 1e4, 1e10]), 1 + 0.02j, 16)
+    found = transfer_matrix(made, 0.0, jnp.array([0.0, 1e4, 1e10]), 1 + 0.02j, 16)
     np.testing.assert_array_equal(found, np.broadcast_to(np.eye(12), (3, 12, 12)))
 
 

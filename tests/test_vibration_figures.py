@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import base64
+import dataclasses
 import json
 import re
-import subprocess
+import time
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from browser import opened
 
 import trivet
 from trivet.errors import InputError
@@ -45,7 +47,7 @@ def response(loss_factor: float = 0.02) -> trivet.FrequencyResponse:
 
 @cache
 def compared() -> DynamicComparison:
-    return trivet.compare_dynamics("azulay", "alizade", sensitivity=["balls free"])
+    return trivet.compare_dynamics("azulay", "alizade", sensitivity=["balls free", "drives rigid"])
 
 
 def factors(name: str) -> np.ndarray:
@@ -127,7 +129,7 @@ def test_telescopes_stay_on_their_feet() -> None:
         np.testing.assert_allclose(ends(barrel)[0], own.modes.displacements[tie.first, :3] * scale, atol=1e-12)
         (rod,) = [b for b in found.bodies if b.shape.name == name and b.shape.role == "link"]
         assert len(barrel.shape.rings) > 10
-        assert 0 < np.linalg.norm(rod.shape.rings[0].mean(axis=0) - barrel.shape.rings[0].mean(axis=0))
+        assert np.linalg.norm(rod.shape.rings[0].mean(axis=0) - barrel.shape.rings[0].mean(axis=0)) > 0.05
 
 
 def test_what_stands_on_the_ground_stays() -> None:
@@ -198,43 +200,29 @@ def test_page_of_modes(tmp_path: Path) -> None:
 
 @pytest.mark.peer("chromium", program="chromium")
 def test_modes_move_in_a_browser(tmp_path: Path) -> None:
-    """The page draws itself without a network, moves, and stops when it is told to."""
+    """The page draws itself without a network, moves, stops when it is told to, and shows another mode."""
     trivet.figure(report("azulay"), tmp_path / "m.html")
-    probe = """<script>
-    window.addEventListener("error", (event) => { document.body.dataset.error = event.message; });
-    const wait = (ms) => new Promise((done) => window.setTimeout(done, ms));
-    async function look() {
-      for (let k = 0; k < 200 && !byId("parts").textContent; k++) await wait(50);
-      const seen = new Set();
-      for (let k = 0; k < 200 && seen.size < 3; k++) { await wait(50); seen.add(view.data[moving].x[5]); }
-      byId("play").click();
-      await wait(500);
-      const still = view.data[moving].x[5];
-      await wait(700);
-      byId("mode").selectedIndex = 2;
-      byId("mode").dispatchEvent(new Event("change"));
-      await wait(700);
-      const rise = Math.max(...view.data[moving].z.map((z, k) => z - home.z[k]));
-      document.body.dataset.found = JSON.stringify([seen.size, byId("play").textContent, rise, byId("parts").textContent]);
-    }
-    look();
-    </script></body>"""
-    page = tmp_path / "probe.html"
-    page.write_text((tmp_path / "m.html").read_text(encoding="utf-8").replace("</body>", probe), encoding="utf-8")
-    browser = ["chromium", "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader"]
-    browser += ["--enable-unsafe-swiftshader", f"--user-data-dir={tmp_path}/profile", "--host-resolver-rules=MAP * ~NOTFOUND"]
-    browser += ["--window-size=600,500", "--timeout=45000", "--dump-dom", page.as_uri()]
-    done = subprocess.run(browser, capture_output=True, text=True, timeout=170, check=True)
-    body = re.search(r"<body[^>]*>", done.stdout)
-    assert body
-    assert "data-error" not in body.group(0)
-    found = re.search(r"data-found='?\"?([^>]*)\"", body.group(0))
-    assert found, body.group(0)
-    count, label, rise, parts = json.loads(found.group(1).replace("&quot;", '"').replace("&nbsp;", " "))
-    assert count >= 3, "it moves"
-    assert label == "play", "it stopped"
-    assert rise == pytest.approx(1e3 * LARGEST * seen("azulay").size, rel=0.1), "the third mode goes along z"
-    assert "slide" in parts
+    with opened(tmp_path / "m.html", tmp_path / "profile") as page:
+        while not page.evaluate("typeof byId !== 'undefined' && byId('parts').textContent"):
+            time.sleep(0.1)
+        look = """(async () => {
+          const seen = new Set();
+          for (let k = 0; k < COUNT; k++) {
+            await new Promise((done) => setTimeout(done, 150));
+            seen.add(view.data[moving].x.reduce((sum, x) => sum + x, 0));
+          }
+          return seen.size;
+        })()"""
+        assert page.evaluate(look.replace("COUNT", "12")) >= 3
+        page.evaluate("byId('play').click()")
+        assert page.evaluate("byId('play').textContent") == "play"
+        page.evaluate("new Promise((done) => setTimeout(done, 500))")
+        assert page.evaluate(look.replace("COUNT", "5")) == 1
+        page.evaluate("byId('mode').selectedIndex = 2; byId('mode').dispatchEvent(new Event('change')); 0")
+        page.evaluate("new Promise((done) => setTimeout(done, 500))")
+        rise = page.evaluate("Math.max(...view.data[moving].z.map((z, k) => z - home.z[k]))")
+        assert rise == pytest.approx(1e3 * LARGEST * seen("azulay").size, rel=0.1), "the third mode goes along z"
+        assert "slide" in page.evaluate("byId('parts').textContent")
 
 
 def test_minima_are_marked_where_they_are() -> None:
@@ -259,12 +247,14 @@ def test_title_says_machine_pose_and_damping() -> None:
     assert lines[2] == "accelerance at platform; structural damping, loss factor 0.02; exact"
 
 
-def test_phase_has_no_lines_across(tmp_path: Path) -> None:
-    shown = ShownResponse(response(), entries=("x_ry",))
-    (curve,) = panels(shown)["µm/(N m)"]
-    known = curve.phase[np.isfinite(curve.phase)]
-    assert np.abs(known).max() <= 180
-    assert np.all(np.abs(np.diff(curve.phase)[np.isfinite(np.diff(curve.phase))]) <= 180)
+def test_phase_has_no_lines_across() -> None:
+    turning = np.exp(1j * np.linspace(0, 20, len(response().frequency)))[:, None, None] * np.ones((6, 6))
+    (curve,) = panels(ShownResponse(dataclasses.replace(response(), receptance=turning), entries=("xx",)))["µm/N"]
+    assert np.isnan(curve.phase).sum() == 3, "a gap at every jump of 20 rad"
+    known = np.isfinite(curve.phase)
+    np.testing.assert_allclose(curve.phase[known], np.degrees(np.angle(turning[known, 0, 0])))
+    steps = np.diff(curve.phase)
+    assert np.all(np.abs(steps[np.isfinite(steps)]) <= 180)
 
 
 def test_without_damping_resonances_are_left_out() -> None:
@@ -317,6 +307,7 @@ def test_picture_of_a_response(tmp_path: Path) -> None:
     trivet.figure(response(), tmp_path / "f.png")
     picture = imread(tmp_path / "f.png")
     assert picture.shape[:2] == (900, 1200)
+    picture = picture[160:600]  # magnitudes
     green = (picture[..., 1] > picture[..., 0] + 0.3) & (picture[..., 1] > picture[..., 2] + 0.1)
     assert 0.001 < green.mean() < 0.05  # zz
 
@@ -333,6 +324,7 @@ def test_picture_of_a_dynamic_comparison(tmp_path: Path) -> None:
         assert own == pytest.approx([compared().of(name).along(axis).stiffness / 1e6 for name in ("azulay", "alizade")])
         low, high = axes.get_xlim()
         shown = [x for line in axes.lines for x in line.get_xdata()]
+        shown += [x for bar in axes.patches for x in (bar.get_x(), bar.get_x() + bar.get_width())]
         assert low < min(shown) <= max(shown) < high
     labels = [text.get_text() for text in found.legends[0].get_texts()]
     assert labels == ["variants", "as described", "published"]

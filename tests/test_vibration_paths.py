@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from trivet.kinematics.mode import parse_mode
 from trivet.kinematics.standing import home_pose
-from trivet.model import Machine, catalogue, load
+from trivet.model import Machine, catalogue, document_of, load
 from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
 from trivet.statics.assembly import PLATFORM, assemble
@@ -334,8 +334,7 @@ def test_loss_factors_of_parts() -> None:
     joints = {name: {"loss_factor": 0.07} for name in ("guide", "slide", "ball")}
     all_own = changed(machine, joints, materials={"steel": steel | {"loss_factor": 0.07}})
     expected = general(machine, pose, signs, SPREAD, 0.07)
-    for path in (general, lambda *a: meshed(*a[:4], 24, a[4])):
-        assert apart(machine, path(all_own, pose, signs, SPREAD[:3], 0.5), expected[:3]).max() < 1e-4
+    assert apart(machine, meshed(all_own, pose, signs, SPREAD[:3], 24, 0.5), expected[:3]).max() < 1e-4
     assert apart(machine, general(all_own, pose, signs, SPREAD, 0.5), expected).max() < 1e-9
     # One part alone takes its share.
     beams = changed(machine, {}, materials={"steel": steel | {"loss_factor": 0.07}})
@@ -407,22 +406,18 @@ def test_bearings_add_their_compliance(joint: str, key: str, origin: Any, axis: 
     """C' = C + s s^T / k at the platform, with s the twist of the platform as the bearing yields."""
     reach = 0.169
     machine = changed(load("azulay"), {"hinge": {"actuated": True, "travel": None}})
-    lone = changed(machine, {}, chains=copied(machine))
+    chains = document_of(machine)["chains"]
+    chains["leg"]["copies"] = 1
+    lone = changed(machine, {}, chains=chains)
     pose, signs = zyz_frame((0.0, 0.0, math.sqrt(0.216**2 - reach**2)), 0.0, 0.0, 0.0), parse_mode(lone)
     unit, rate = ("N m/rad", 7e3) if key.startswith("r") else ("N/m", 2e6)
     yielding = changed(lone, {joint: {"bearing": {key: f"{rate} {unit}"}}})
-    soft, hard = (np.linalg.inv(structural_stiffness(m, pose, signs)) for m in (yielding, lone))
     arm = np.array([0.0, 0.0, float(pose.origin.z)]) - origin
     screw = np.r_[np.array(axis[:3]) + np.cross(axis[3:], arm), axis[3:]]
-    np.testing.assert_allclose(soft - hard, np.outer(screw, screw) / rate, rtol=0, atol=1e-6 * np.abs(screw).max() ** 2 / rate)
-
-
-def copied(machine: Machine) -> dict[str, Any]:
-    from trivet.model import document_of
-
-    chains = document_of(machine)["chains"]
-    chains["leg"]["copies"] = 1
-    return chains
+    expected = np.outer(screw, screw) / rate
+    for path in (structural_stiffness, condensed):
+        soft, hard = (np.linalg.inv(path(m, pose, signs)) for m in (yielding, lone))
+        np.testing.assert_allclose(soft - hard, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("backward", [True, False], ids=["azulay-backward", "glozman-forward"])

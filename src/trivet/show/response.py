@@ -248,14 +248,11 @@ def _traces(shown: ShownResponse, curve: Curve, unit: str) -> tuple[Any, Any]:
         "legendgroup": curve.entry,
     }
     name = f"{curve.entry} %{{y:.4g}}"
+    # Lists: gaps in them are null, but NaN in what plotly packs.
     return (
-        go.Scatter(y=_gaps(curve.magnitude), hovertemplate=f"{name} {unit}<extra></extra>", **common),
-        go.Scatter(y=_gaps(curve.phase.round(3)), hovertemplate=f"{name}°<extra></extra>", showlegend=False, **common),
+        go.Scatter(y=curve.magnitude.tolist(), hovertemplate=f"{name} {unit}<extra></extra>", **common),
+        go.Scatter(y=curve.phase.round(3).tolist(), hovertemplate=f"{name}°<extra></extra>", showlegend=False, **common),
     )
-
-
-def _gaps(values: np.ndarray) -> list[float | None]:
-    return [float(v) if math.isfinite(v) else None for v in values]
 
 
 def _natural(shown: ShownResponse, curves: list[Curve], is_first: bool) -> list[Any]:

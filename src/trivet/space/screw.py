@@ -47,4 +47,4 @@ def translation(direction: Vec) -> Twist:
 
 def rotation(axis: Vec, through: Vec, at: Vec) -> Twist:
     """Unit rotation about an axis through a point, reduced at the point `at`."""
-    return Twist(axis.cross(at - through), axis)
+    return Twist(ZERO if at is through else axis.cross(at - through), axis)

@@ -18,7 +18,7 @@ from trivet.errors import InputError
 from trivet.statics.assembly import Structure
 from trivet.statics.beam_element import BeamElement, Uniform, turned
 from trivet.vibration.mesh import MOST_ELEMENTS, Mesh, inertia_at_node, mesh
-from trivet.vibration.spectral_beam import Array, terms_for, transfer, wave_numbers
+from trivet.vibration.spectral_beam import Array, terms_for, transfer_matrix, wave_numbers
 
 SHORT = 2.0
 """Wave number times length of an element below which no element resonates between its own ends (the first at 3.14)."""
@@ -114,7 +114,7 @@ def _kinds(beams: tuple[BeamElement, ...]) -> list[tuple[tuple[Uniform, float, i
 
 def _between_ends(made: Uniform, length: Any, terms: int, square: Any, elastic: Any) -> Array:
     """(12, 12): loads at both ends of a beam from the motions of both, in local axes."""
-    matrix = transfer(made, length, jnp.asarray(square)[None], elastic, terms)[0]
+    matrix = transfer_matrix(made, length, jnp.asarray(square)[None], elastic, terms)[0]
     near, far = slice(0, 6), slice(6, 12)
     soft = jnp.linalg.inv(matrix[near, far])
     here, there = soft @ matrix[near, near], matrix[far, far] @ soft

@@ -15,14 +15,16 @@ import numpy as np
 import scipy.sparse as sp
 
 from trivet.errors import InputError
-from trivet.statics.assembly import NodeMass, Structure
-from trivet.statics.beam_element import global_stiffness, turned
+from trivet.statics.assembly import Connection, NodeMass, Structure
+from trivet.statics.beam_element import BeamElement, global_stiffness, turned
 from trivet.statics.structure import carry
 from trivet.vibration.beam_mass import local_mass
 from trivet.vibration.independent import independent
 
 MOST_ELEMENTS = 400
 """Elements of one beam."""
+STUB = 1e-2
+"""Length of a beam, against that of the structure, below which it is a joint with six springs."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +110,7 @@ def mesh(structure: Structure, elements: int | Mapping[str, int]) -> Mesh:
 
 
 def divided(structure: Structure, elements: int | Mapping[str, int]) -> Structure:
-    """A structure with every beam divided into equal elements; new nodes come after the old ones."""
+    """A structure with every beam divided into equal elements; new nodes come after the old ones, and stubs are joints."""
     if structure.nodes.ndim != 2:
         raise InputError("finite elements take one pose at a time")
     if not isinstance(elements, int):
@@ -117,7 +119,12 @@ def divided(structure: Structure, elements: int | Mapping[str, int]) -> Structur
             if name not in known:
                 raise InputError(f"elements: no beam is called {name}; there are {', '.join(sorted(known))}")
     nodes, beams = list(structure.nodes), []
+    connections, masses = list(structure.connections), list(structure.masses)
     for beam in structure.beams:
+        if beam.length < STUB * structure.scale:
+            connections.append(_springs(structure, beam))
+            masses.append(_rigid(structure, beam))
+            continue
         count = _count(beam.name, elements)
         ends = [beam.first]
         for k in range(1, count):
@@ -127,7 +134,37 @@ def divided(structure: Structure, elements: int | Mapping[str, int]) -> Structur
         ends.append(beam.second)
         for first, second in itertools.pairwise(ends):
             beams.append(dataclasses.replace(beam, first=first, second=second, length=np.asarray(beam.length) / count))
-    return dataclasses.replace(structure, nodes=np.array(nodes), beams=tuple(beams))
+    return dataclasses.replace(
+        structure, nodes=np.array(nodes), beams=tuple(beams), connections=tuple(connections), masses=tuple(masses)
+    )
+
+
+def _springs(structure: Structure, stub: BeamElement) -> Connection:
+    """A beam as a joint at its middle, where its compliance is diagonal.
+
+    As an element its stiffness, which grows as L^-3, would drown that of the machine in rounding.
+    """
+    made, length = stub.made_of, float(stub.length)
+    shears = [length**3 / (12 * e) + length / g for e, g in ((made.flexural_z, made.shear_y), (made.flexural_y, made.shear_z))]
+    turns = [length / rate for rate in (made.torsion, made.flexural_y, made.flexural_z)]
+    rates = 1 / np.array([length / made.axial, *shears, *turns], dtype=float)
+    screws = np.kron(np.eye(2), stub.axes)
+    loss = None if made.loss_factor is None else float(made.loss_factor)
+    return Connection(stub.name, stub.first, stub.second, _middle(structure, stub), screws, rates, loss, np.zeros(6))
+
+
+def _rigid(structure: Structure, stub: BeamElement) -> NodeMass:
+    """The mass of a beam that hardly bends, as it moves with its near node."""
+    made, length = stub.made_of, float(stub.length)
+    across = made.mass * length**3 / 12
+    moments = np.array([made.polar, made.rotary_y, made.rotary_z]) * length + [0, across, across]
+    inertia = (stub.axes * moments) @ stub.axes.T
+    return NodeMass(stub.name, stub.first, _middle(structure, stub), float(made.mass * length), inertia)
+
+
+def _middle(structure: Structure, beam: BeamElement) -> np.ndarray:
+    at: np.ndarray = (structure.nodes[beam.first] + structure.nodes[beam.second]) / 2
+    return at
 
 
 def _count(name: str, elements: int | Mapping[str, int]) -> int:

@@ -32,14 +32,16 @@ from trivet.vibration.platform import platform_inertia
 from trivet.vibration.spectral_beam import Array, terms_for, wave_numbers
 from trivet.vibration.spectral_chain import Effort, Excitation, leg_dynamics
 
-NODES = 20
+NODES = 28
 """Nodes of a panel; also the least number of frequencies of a compiled call."""
-PANEL = 8.0
+PANEL = 10.0
 """Wave numbers times lengths, of bending and of the rest, summed over a chain, which one panel of frequencies may add."""
 TERMS = 8
 """Terms of the series are taken by so many at a time, since kernels are compiled for every number of them."""
 PIECE = 8.0
 """Wave number times length of a piece of a beam."""
+NARROW = 1e-3
+"""Least width of a panel, against its upper end: nodes that coincide tell nothing apart."""
 PADDED = 200
 """Frequencies of a panel are filled up to a multiple of this, since kernels are compiled for every number of them."""
 CHUNK = 16
@@ -177,6 +179,7 @@ def _panels(omega: np.ndarray, chosen: Plan) -> Iterator[tuple[np.ndarray, np.nd
             yield places, np.pad(own, (0, count - len(places)), mode="edge"), None
         else:
             low, high = own.min() ** chosen.power, own.max() ** chosen.power
+            low = min(low, high * (1 - NARROW))
             angle = (2 * np.arange(count) + 1) * np.pi / (2 * count)
             nodes = (low + high) / 2 + (high - low) / 2 * np.cos(angle)
             yield places, nodes ** (1 / chosen.power), (-1.0) ** np.arange(count) * np.sin(angle)

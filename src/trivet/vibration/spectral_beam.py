@@ -17,20 +17,48 @@ they give the static flexibility.  (Cayley-Hamilton; the equations are Timoshenk
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from trivet.space.scalar import Scalar
-from trivet.statics.beam_element import PLANES, Uniform
+from trivet.statics.beam_element import Uniform
 
 Array: TypeAlias = jax.Array
 
 
-def transfer(made: Uniform, length: Scalar, square: Array, elastic: Scalar, terms: int) -> Array:
-    """(n, 12, 12): state at the far end from the state at the near end, in local axes.
+class Transfer(NamedTuple):
+    """How the state at the far end of a beam follows from that at its near end, in local axes.
+
+    Every entry is (n, 2): stretching and torsion; or bending in the x-y and in the x-z plane, of which the rows and columns are
+    deflection w, slope a, shear force v and moment m.
+    """
+
+    along: tuple[Array, Array, Array]
+    """Cosine; twist per wrench; wrench per twist."""
+    across: tuple[tuple[Array, ...], ...]
+    """Rows of bending, four by four."""
+
+    def passed(self, states: Array) -> Array:
+        """States (n, 4, 3, c) at the far end: velocity, angular velocity, force and moment, in local axes, of c columns."""
+        cos, soft, heavy = (e[..., None] for e in self.along)
+        twists, wrenches = states[..., :2, 0, :], states[..., 2:, 0, :]
+        first = jnp.concatenate([cos * twists + soft * wrenches, heavy * twists + cos * wrenches], axis=-2)
+        # A rotation about z is a slope in the x-y plane, one about -y in the x-z plane.
+        sign = np.array([[1.0], [-1.0]])
+        near = (
+            states[..., 0, 1:, :], sign * states[..., 1, :0:-1, :],
+            states[..., 2, 1:, :], sign * states[..., 3, :0:-1, :],
+        )  # fmt: skip
+        far = [sum(e[..., None] * x for e, x in zip(row, near, strict=True)) for row in self.across]
+        rest = [far[0], (sign * far[1])[..., ::-1, :], far[2], (sign * far[3])[..., ::-1, :]]
+        return jnp.concatenate([first[..., None, :], jnp.stack(rest, axis=-3)], axis=-2)
+
+
+def transfer(made: Uniform, length: Scalar, square: Array, elastic: Scalar, terms: int) -> Transfer:
+    """The transfer over a length of a uniform beam.
 
     Args:
         made: of what the beam is made.
@@ -54,34 +82,18 @@ def transfer(made: Uniform, length: Scalar, square: Array, elastic: Scalar, term
     cos, sinc = 1 + s[:, :2] * s2[:, :2], 1 + s[:, :2] * s3[:, :2]
     c0, c1, c2, c3 = 1 - t[:, 2:] * s4[:, 2:], 1 - t[:, 2:] * s5[:, 2:], s2[:, 2:], s3[:, 2:]
     sway, turn = c1 - phi_z * c3, c1 - r * c3
-    entries = [
-        cos, sinc * soft, -sinc * mass,
-        c0 - phi_z * c2, (c1 - (phi_z + r) * c3) * length, sway * give - c3 * area * bend, c2 * length * bend,
-        c3 * length * heavy * bend, c0 - r * c2, turn * bend, -sway * heavy, c2 * length * heavy,
-        c3 * area * heavy - turn * turning,
-    ]  # fmt: skip
-    together = jnp.concatenate([jnp.broadcast_to(e, cos.shape) for e in entries], axis=-1)
-    return (together @ _PLACES).reshape(-1, 12, 12)
+    ww, wa, wv, wm = c0 - phi_z * c2, (c1 - (phi_z + r) * c3) * length, sway * give - c3 * area * bend, c2 * length * bend
+    aw, aa, am = c3 * length * heavy * bend, c0 - r * c2, turn * bend
+    vw, mw, ma = -sway * heavy, c2 * length * heavy, c3 * area * heavy - turn * turning
+    # Half of the entries follow from the other half.
+    across = ((ww, wa, wv, wm), (aw, aa, -wm, am), (vw, -mw, ww, -aw), (mw, ma, -wa, aa))
+    return Transfer((cos, sinc * soft, -sinc * mass), across)
 
 
-def _places() -> np.ndarray:
-    """(26, 144): where the entries of `transfer`, two of each kind, stand in the matrix, and with which sign."""
-    places = np.zeros((13, 2, 12, 12))
-    for pair, place in enumerate((0, 3)):
-        for kind, (row, column) in ((0, (0, 0)), (0, (6, 6)), (1, (0, 6)), (2, (6, 0))):
-            places[kind, pair, place + row, place + column] = 1
-    # Rows and columns: deflection w, slope a, shear force v, moment m; half of the entries follow from the other half.
-    ww, wa, wv, wm, aw, aa, am, vw, mw, ma = range(3, 13)
-    bending = [[ww, wa, wv, wm], [aw, aa, -wm, am], [vw, -mw, ww, -aw], [mw, ma, -wa, aa]]
-    for pair, (near, sign) in enumerate(PLANES):
-        axes, signs = np.r_[near[:2], near[:2] + 6], (1, sign, 1, sign)
-        for i, kinds in enumerate(bending):
-            for j, kind in enumerate(kinds):
-                places[abs(kind), pair, axes[i], axes[j]] = np.sign(kind) * signs[i] * signs[j]
-    return places.reshape(26, 144)
-
-
-_PLACES = _places()
+def transfer_matrix(made: Uniform, length: Scalar, square: Array, elastic: Scalar, terms: int) -> Array:
+    """(n, 12, 12): `transfer` as matrices."""
+    unit = jnp.eye(12).reshape(1, 4, 3, 12)
+    return transfer(made, length, square, elastic, terms).passed(unit).reshape(-1, 12, 12)
 
 
 def _pair(first: Scalar, second: Scalar) -> Array:

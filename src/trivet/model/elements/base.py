@@ -196,7 +196,7 @@ class Joint(Element):
 
     @property
     def viscosity(self) -> float | None:
-        """Viscous damping of the joint's motion (N s/m or N m s/rad); None where the joint has none."""
+        """Viscous damping along the twist on which the joint moves or yields (N s/m or N m s/rad); None where it has none."""
         return None
 
 

@@ -38,6 +38,11 @@ class Curvilinear(Drivable):
     def motion(self, frame: Frame, at: Vec) -> Twist:
         return rotation(frame.z, frame.origin, at)
 
+    @property
+    def viscosity(self) -> float | None:
+        straight = self.stiffness is not None and self.yields == "translation"
+        return self.damping if straight or self.damping is None else self.damping * self.radius * self.radius
+
     def flexibilities(self, frame: Frame, coordinate: Angle, at: Vec, stock: Stock) -> tuple[Flexibility, ...]:
         bearing = self.bearing_flexibilities(frame, coordinate, at)
         if self.stiffness is None:
