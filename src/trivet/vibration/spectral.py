@@ -42,6 +42,8 @@ PIECE = 8.0
 """Wave number times length of a piece of a beam."""
 NARROW = 1e-3
 """Least width of a panel, against its upper end: nodes that coincide tell nothing apart."""
+COINCIDING = 1e-20
+"""Distance of a frequency from a node, against the node, that stands for none."""
 PADDED = 200
 """Frequencies of a panel are filled up to a multiple of this, since kernels are compiled for every number of them."""
 CHUNK = 16
@@ -70,8 +72,8 @@ class Plan(NamedTuple):
     """The functions are smooth in this power of frequency: 2, or 1 where a joint has viscous damping."""
 
 
-class _Samples(NamedTuple):
-    """Chains at poses and nodes; all arrays have the axes (copies of a chain, poses) in front."""
+class _Chains(NamedTuple):
+    """The copies of a chain at poses and nodes; all arrays have the axes (copies, poses) in front."""
 
     stiffness: Array
     """(nodes, m (m + 1) / 2): upper triangle of its dynamic stiffness along the m wrenches which it transmits."""
@@ -79,6 +81,14 @@ class _Samples(NamedTuple):
     """(nodes,)."""
     spread: Array
     """(m (m + 1) / 2, 21): from that triangle to the upper triangle at the platform centre, in {O}."""
+
+
+class _Samples(NamedTuple):
+    """A machine at poses and nodes."""
+
+    chains: list[_Chains]
+    inertia: Array
+    """(p, 21): upper triangle of the platform's inertia at its centre, in {O}."""
 
 
 def receptance(machine: Machine, pose: Frame, signs: Any, frequency: Any, loss_factor: Scalar = 0.02) -> Array:
@@ -115,15 +125,15 @@ def prepared(
     poses = jax.tree.map(lambda c: np.atleast_1d(np.asarray(c, dtype=float)), pose)
     stand = standing(machine, pose, signs)
     chosen = plan(machine, poses, stand, 2 * math.pi * highest)
+    alone = not np.ndim(pose.origin.x)
 
     def answer(frequency: Any) -> Array:
         omega = 2 * math.pi * np.asarray(frequency, dtype=float).ravel()
         found = []
         for start in range(0, len(poses.origin.x), CHUNK):
             some = jax.tree.map(lambda c, start=start: c[start : start + CHUNK], poses)
-            found.append(kernel(machine, some, stand, omega, loss_factor, chosen, inverted=inverted))
-        matrix = jnp.concatenate(found) if len(found) > 1 else found[0]
-        return matrix if np.ndim(pose.origin.x) else matrix.reshape(matrix.shape[1:])
+            found.append(kernel(machine, some, stand, omega, loss_factor, chosen, inverted=inverted, alone=alone))
+        return jnp.concatenate(found) if len(found) > 1 else found[0]
 
     return answer
 
@@ -138,7 +148,7 @@ def standing(machine: Machine, pose: Frame, signs: Any) -> Stand:
 
 def plan(machine: Machine, poses: Frame, stand: Stand, highest: float) -> Plan:
     """How to cover the frequencies up to a highest one (rad/s) at poses (p,)."""
-    longest, bending, stretching = (max(0.0, float(v)) for v in _arguments(machine, poses, stand, highest))
+    longest, bending, stretching = np.maximum(0.0, _arguments(machine, poses, stand, highest))
     segments = max(1, math.ceil(longest / PIECE))
     panels = max(1, math.ceil((bending + stretching) / PANEL))
     viscous = any(isinstance(e, Joint) and e.viscosity is not None for c in machine.chains.values() for e in c.elements)
@@ -151,21 +161,31 @@ def plan(machine: Machine, poses: Frame, stand: Stand, highest: float) -> Plan:
 
 
 def kernel(
-    machine: Machine, poses: Frame, stand: Stand, omega: np.ndarray, loss_factor: Scalar, chosen: Plan, *, inverted: bool
+    machine: Machine,
+    poses: Frame,
+    stand: Stand,
+    omega: np.ndarray,
+    loss_factor: Scalar,
+    chosen: Plan,
+    *,
+    inverted: bool,
+    alone: bool = False,
 ) -> Array:
-    """Receptance or dynamic stiffness (p, n, 6, 6) at frequencies (rad/s) which a plan covers; JAX may trace the machine."""
+    """Receptance or dynamic stiffness (p, n, 6, 6) at frequencies (rad/s) which a plan covers; JAX may trace the machine.
+
+    Of a pose that is alone, (n, 6, 6).
+    """
     pieces, order = [], []
     for places, nodes, weights in _panels(omega, chosen):
         samples = _samples(machine, poses, stand, nodes, loss_factor, chosen.effort)
         if weights is None:
-            at, chains = nodes, _at_nodes(samples)
+            finished = _at_nodes(samples, nodes, inverted, alone)
         else:
             at = np.pad(omega[places], (0, -len(places) % PADDED), mode="edge")
-            chains = _between(samples, weights, nodes**chosen.power, at**chosen.power)
-        finished = _finished(machine, poses, chains, at, inverted)
-        pieces.append(finished if len(at) == len(places) else finished[:, : len(places)])
+            finished = _between(samples, weights, nodes, at, chosen.power, inverted, alone)
+        pieces.append(finished if finished.shape[-3] == len(places) else finished[..., : len(places), :, :])
         order.append(places)
-    return pieces[0] if len(pieces) == 1 else jnp.concatenate(pieces, axis=1)[:, np.argsort(np.concatenate(order))]
+    return pieces[0] if len(pieces) == 1 else jnp.concatenate(pieces, axis=-3)[..., np.argsort(np.concatenate(order)), :, :]
 
 
 def _panels(omega: np.ndarray, chosen: Plan) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray | None]]:
@@ -208,11 +228,11 @@ def _over_chains(machine: Machine, poses: Frame, stand: Stand, work: Callable[[L
 
 
 @partial(jax.jit, static_argnames="effort")
-def _samples(machine: Machine, poses: Frame, stand: Stand, omega: Array, loss_factor: Scalar, effort: Effort) -> list[_Samples]:
-    """All chains at the nodes (rad/s)."""
+def _samples(machine: Machine, poses: Frame, stand: Stand, omega: Array, loss_factor: Scalar, effort: Effort) -> _Samples:
+    """The machine at the nodes (rad/s)."""
     excitation = Excitation(jnp.asarray(omega), loss_factor)
 
-    def sample(leg: Leg, pose: Frame, posture: Posture) -> _Samples:
+    def sample(leg: Leg, pose: Frame, posture: Posture) -> _Chains:
         part = leg_dynamics(leg, posture, machine.stock, excitation, effort)
         arm = pose.direction(leg.platform_frame().origin)
         carried = [w.carried(posture.heading, arm) for w in part.wrenches]
@@ -224,46 +244,50 @@ def _samples(machine: Machine, poses: Frame, stand: Stand, omega: Array, loss_fa
         dyads = [jnp.outer(wrenches[a], wrenches[b]) for a, b in pairs]
         both = jnp.stack([d if a == b else d + d.T for d, (a, b) in zip(dyads, pairs, strict=True)])
         spread = both.reshape(-1, 36) @ np.eye(36)[:, 6 * UPPER[0] + UPPER[1]]
-        return _Samples(jnp.where(posture.reach < 0, jnp.nan, entries), part.denominator, spread)
+        return _Chains(jnp.where(posture.reach < 0, jnp.nan, entries), part.denominator, spread)
 
-    return _over_chains(machine, poses, stand, sample)
-
-
-@jax.jit
-def _at_nodes(samples: list[_Samples]) -> Array:
-    """(p, 21, nodes): upper triangle of all chains together at the nodes."""
-    total: Array = sum(jnp.einsum("cpnm,cpmu->pun", chain.stiffness, chain.spread) for chain in samples)  # type: ignore[assignment]
-    return total
+    return _Samples(_over_chains(machine, poses, stand, sample), platform_inertia(machine, poses)[:, UPPER[0], UPPER[1]])
 
 
-@jax.jit
-def _between(samples: list[_Samples], weights: Array, nodes: Array, places: Array) -> Array:
-    """(p, 21, n): upper triangle of all chains together, at places between the nodes on the scale of the interpolation."""
-    apart = places[:, None] - nodes
-    cauchy = weights / jnp.where(apart == 0, 1e-300, apart)
-    cauchy = cauchy / jnp.abs(cauchy).max(axis=1, keepdims=True)
+@partial(jax.jit, static_argnames=("inverted", "alone"))
+def _at_nodes(samples: _Samples, nodes: Array, inverted: bool, alone: bool) -> Array:
+    """(p, nodes, 6, 6), or (nodes, 6, 6): stiffness of chains and platform together at the nodes, or its inverse."""
+    total: Any = sum(jnp.einsum("cpnm,cpmu->pun", chains.stiffness, chains.spread) for chains in samples.chains)
+    return _finished(total - samples.inertia[..., None] * jnp.square(nodes), inverted, alone)
+
+
+@partial(jax.jit, static_argnames=("power", "inverted", "alone"))
+def _between(samples: _Samples, weights: Array, nodes: Array, omega: Array, power: int, inverted: bool, alone: bool) -> Array:
+    """(p, n, 6, 6), or (n, 6, 6): the same at frequencies between the nodes."""
+    scaled_nodes, places = nodes**power, omega**power
+    apart = places - scaled_nodes[:, None]
+    cauchy = weights[:, None] / jnp.where(apart == 0, COINCIDING * scaled_nodes[:, None], apart)
     total: Any = 0
-    for chain in samples:
-        denominator = chain.denominator[..., None]
-        both = jnp.concatenate([chain.stiffness * denominator, denominator], axis=-1)
-        mixed = jnp.einsum("fn,cpnm->cpmf", cauchy, both.real) + 1j * jnp.einsum("fn,cpnm->cpmf", cauchy, both.imag)
-        total += jnp.einsum("cpmf,cpmu->puf", mixed[..., :-1, :] / mixed[..., -1:, :], chain.spread)
-    return jnp.asarray(total)
+    for chains in samples.chains:
+        denominator = chains.denominator[..., None]
+        both = jnp.concatenate([chains.stiffness * denominator, denominator], axis=-1)
+        # Real and imaginary parts apart: a complex product with real factors would do twice the work, a quotient far more.
+        parts = jnp.moveaxis(jnp.concatenate([both.real, both.imag], axis=-1), 2, -1)
+        real, imag = jnp.split((parts.reshape(-1, len(nodes)) @ cauchy).reshape(*parts.shape[:-1], -1), 2, axis=2)
+        shrunk = 1 / (real[..., -1:, :] ** 2 + imag[..., -1:, :] ** 2)
+        below = real[..., -1:, :] * shrunk, imag[..., -1:, :] * shrunk
+        real, imag = real[..., :-1, :], imag[..., :-1, :]
+        quotient = jnp.concatenate([real * below[0] + imag * below[1], imag * below[0] - real * below[1]], axis=-1)
+        total += jnp.einsum("cpmf,cpmu->puf", quotient, chains.spread)
+    upper = jax.lax.complex(total[..., : len(omega)], total[..., len(omega) :])
+    return _finished(upper - samples.inertia[..., None] * jnp.square(omega), inverted, alone)
 
 
-@partial(jax.jit, static_argnames="inverted")
-def _finished(machine: Machine, poses: Frame, chains: Array, omega: Array, inverted: bool) -> Array:
-    """(p, n, 6, 6): with the platform's inertia, and inverted."""
-    inertia = platform_inertia(machine, poses)[:, UPPER[0], UPPER[1]]
-    upper = chains - inertia[..., None] * jnp.square(omega)
-    matrix = Symmetric.of(6, [upper[:, k] for k in range(21)])
+def _finished(upper: Array, inverted: bool, alone: bool) -> Array:
+    """Matrices (p, n, 6, 6), or (n, 6, 6), of upper triangles (p, 21, n), or their inverses."""
+    matrix = Symmetric.of(6, [upper[0, k] if alone else upper[:, k] for k in range(21)])
     entries = (matrix.inverse() if inverted else matrix).full()
     return jnp.stack([jnp.stack(row, axis=-1) for row in entries], axis=-2)
 
 
 @jax.jit
-def _arguments(machine: Machine, poses: Frame, stand: Stand, omega: Scalar) -> tuple[Array, Array, Array]:
-    """Wave numbers times lengths, the greatest over all poses: of a beam; of bending and of stretching, over a chain."""
+def _arguments(machine: Machine, poses: Frame, stand: Stand, omega: Scalar) -> Array:
+    """(3,): wave numbers times lengths, the greatest over all poses: of a beam; of bending and of stretching, over a chain."""
 
     def arguments(leg: Leg, _: Frame, posture: Posture) -> Array:
         bars = [p for p in parts(walk(leg.chain.elements, posture), machine.stock) if isinstance(p, Bar)]
@@ -273,4 +297,4 @@ def _arguments(machine: Machine, poses: Frame, stand: Stand, omega: Scalar) -> t
     found = _over_chains(machine, poses, stand, arguments)
     longest = jnp.stack([jnp.nanmax(a) for a in found]).max()
     together = jnp.stack([jnp.nanmax(a.sum(axis=-2), axis=(0, 1)) for a in found]).max(axis=0)
-    return longest, together[0], together[1]
+    return jnp.stack([longest, *together])
