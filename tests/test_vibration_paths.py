@@ -39,7 +39,12 @@ SPREAD = np.array([3.0, 70.0, 410.0, 1600.0, 4700.0])
 
 def compiled(options: dict[str, int] | None) -> dict[str, Any]:
     """The kernels by name, compiled with options; with None they may stand inside what is compiled as a whole."""
-    kernels = {"_samples": "effort", "_finished": "inverted", "_arguments": None}
+    kernels = {
+        "_samples": "effort",
+        "_between": ("power", "inverted", "alone"),
+        "_at_nodes": ("inverted", "alone"),
+        "_arguments": None,
+    }
     plain = {name: getattr(spectral, name).__wrapped__ for name in kernels}
     return {name: jax.jit(plain[name], static_argnames=static, compiler_options=options) for name, static in kernels.items()}
 

@@ -140,16 +140,16 @@ def assemble_standing(machine: Machine, pose: Frame, coordinates: Sequence[tuple
     build.node(Vec(0.0, 0.0, 0.0))
     build.node(pose.origin)
     for leg, own in zip(machine.legs, coordinates, strict=True):
-        _add_leg(build, leg, jax.tree.map(lambda c: np.asarray(c, dtype=float), own))
+        _add_leg(build, leg, pose.place(leg.platform_frame()), jax.tree.map(lambda c: np.asarray(c, dtype=float), own))
     build.masses.append(_in_world(build, "platform", PLATFORM, pose, platform_mass(machine)))
     nodes = np.stack(build.nodes, axis=-2)
     scale = float(machine.characteristic_length) or float(np.abs(nodes).max())
     return Structure(nodes, tuple(build.beams), tuple(build.connections), tuple(build.masses), scale)
 
 
-def _add_leg(build: _Builder, leg: Leg, coordinates: tuple[Coordinate, ...]) -> None:
+def _add_leg(build: _Builder, leg: Leg, seat: Frame, coordinates: tuple[Coordinate, ...]) -> None:
     steps = walk_from(leg.base_frame(), leg.chain.elements, coordinates)
-    found = list(parts(steps, build.stock))
+    found = list(parts(steps, seat, build.stock))
     last_joint = max(k for k, part in enumerate(found) if isinstance(part, Tie))
     ends_there = not any(isinstance(part, (Bar, Arm)) for part in found[last_joint:])
     node = GROUND

@@ -66,16 +66,19 @@ class Lump(NamedTuple):
 Part = Tie | Bar | Arm | Lump
 
 
-def parts(steps: Sequence[tuple[Element, Frame, Coordinate]], stock: Stock) -> Iterator[Part]:
+def parts(steps: Sequence[tuple[Element, Frame, Coordinate]], seat: Frame, stock: Stock) -> Iterator[Part]:
     """The parts of one chain.
 
     Args:
         steps: every element with the frame in which it starts and its coordinate, as `kinematics.walk` gives them.
+        seat: the frame of the platform joint on the platform, in the same axes; its origin is not looked at.
         stock: sections and materials.
     """
     last, frame, coordinate = steps[-1]
-    # Where the last joint leads is not asked when nobody knows: a ball does not move its own point.
-    beyond = [start for _, start, _ in steps[1:]] + [frame if coordinate is None else last.advance(frame, coordinate)]
+    # How a ball stands that was never asked is how the platform stands; it does not move its own point.
+    is_unasked = coordinate is None and isinstance(last, Joint)
+    end = seat._replace(origin=frame.origin) if is_unasked else last.advance(frame, coordinate)
+    beyond = [*(start for _, start, _ in steps[1:]), end]
     for (element, start, coordinate), end in zip(steps, beyond, strict=True):
         if isinstance(element, Offset):
             yield from _offset(element, start, end)

@@ -19,7 +19,7 @@ import numpy as np
 
 from trivet.kinematics.inverse import inverse
 from trivet.kinematics.standing import postures
-from trivet.kinematics.walk import Posture, walk
+from trivet.kinematics.walk import Posture
 from trivet.model import Leg, Machine
 from trivet.model.elements import Joint
 from trivet.model.machine import Chain, copy_rotation
@@ -27,14 +27,14 @@ from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
 from trivet.space.symmetric import Symmetric
 from trivet.statics.beam_element import uniform
-from trivet.statics.parts import Bar, parts
+from trivet.statics.parts import Bar
 from trivet.vibration.platform import platform_inertia
 from trivet.vibration.spectral_beam import Array, terms_for, wave_numbers
-from trivet.vibration.spectral_chain import Effort, Excitation, leg_dynamics
+from trivet.vibration.spectral_chain import Effort, Excitation, leg_dynamics, leg_parts
 
-NODES = 28
+NODES = 24
 """Nodes of a panel; also the least number of frequencies of a compiled call."""
-PANEL = 10.0
+PANEL = 8.0
 """Wave numbers times lengths, of bending and of the rest, summed over a chain, which one panel of frequencies may add."""
 TERMS = 8
 """Terms of the series are taken by so many at a time, since kernels are compiled for every number of them."""
@@ -42,6 +42,10 @@ PIECE = 8.0
 """Wave number times length of a piece of a beam."""
 NARROW = 1e-3
 """Least width of a panel, against its upper end: nodes that coincide tell nothing apart."""
+FLAT = 1e-5
+"""Least denominator at the nodes of a panel, against its greatest, below which a panel is divided."""
+LOWER = 0.5
+"""Where it is divided, against its upper end."""
 COINCIDING = 1e-20
 """Distance of a frequency from a node, against the node, that stands for none."""
 PADDED = 200
@@ -89,6 +93,8 @@ class _Samples(NamedTuple):
     chains: list[_Chains]
     inertia: Array
     """(p, 21): upper triangle of the platform's inertia at its centre, in {O}."""
+    least: Array
+    """The least denominator."""
 
 
 def receptance(machine: Machine, pose: Frame, signs: Any, frequency: Any, loss_factor: Scalar = 0.02) -> Array:
@@ -125,13 +131,13 @@ def prepared(
     poses = jax.tree.map(lambda c: np.atleast_1d(np.asarray(c, dtype=float)), pose)
     stand = standing(machine, pose, signs)
     chosen = plan(machine, poses, stand, 2 * math.pi * highest)
-    alone = not np.ndim(pose.origin.x)
+    alone, count = not np.ndim(pose.origin.x), len(poses.origin.x)
 
     def answer(frequency: Any) -> Array:
         omega = 2 * math.pi * np.asarray(frequency, dtype=float).ravel()
         found = []
-        for start in range(0, len(poses.origin.x), CHUNK):
-            some = jax.tree.map(lambda c, start=start: c[start : start + CHUNK], poses)
+        for start in range(0, count, CHUNK):
+            some = poses if count <= CHUNK else jax.tree.map(lambda c, start=start: c[start : start + CHUNK], poses)
             found.append(kernel(machine, some, stand, omega, loss_factor, chosen, inverted=inverted, alone=alone))
         return jnp.concatenate(found) if len(found) > 1 else found[0]
 
@@ -176,33 +182,46 @@ def kernel(
     Of a pose that is alone, (n, 6, 6).
     """
     pieces, order = [], []
-    for places, nodes, weights in _panels(omega, chosen):
+    left = list(_panels(omega, chosen))
+    while left:
+        places = left.pop()
+        at = omega[places]
+        is_low = at < at.max() * LOWER
+        nodes, weights = _nodes(at, chosen.power)
         samples = _samples(machine, poses, stand, nodes, loss_factor, chosen.effort)
         if weights is None:
             finished = _at_nodes(samples, nodes, inverted, alone)
+        elif is_low.any() and not isinstance(samples.least, jax.core.Tracer) and samples.least < FLAT:
+            left += [places[is_low], places[~is_low]]
+            continue
         else:
-            at = np.pad(omega[places], (0, -len(places) % PADDED), mode="edge")
+            more = -len(places) % PADDED
+            at = np.pad(at, (0, more), mode="edge") if more else at
             finished = _between(samples, weights, nodes, at, chosen.power, inverted, alone)
         pieces.append(finished if finished.shape[-3] == len(places) else finished[..., : len(places), :, :])
         order.append(places)
     return pieces[0] if len(pieces) == 1 else jnp.concatenate(pieces, axis=-3)[..., np.argsort(np.concatenate(order)), :, :]
 
 
-def _panels(omega: np.ndarray, chosen: Plan) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray | None]]:
-    """Per panel its frequencies by index, its nodes (rad/s), and their weights; None where the frequencies are the nodes."""
-    count = NODES * 2 // chosen.power
+def _panels(omega: np.ndarray, chosen: Plan) -> Iterator[np.ndarray]:
+    """The frequencies of every panel, by index."""
     panel = np.searchsorted(chosen.edges[:-1], omega, side="right")
-    for number in np.unique(panel):
+    for number in range(len(chosen.edges)):
         (places,) = np.nonzero(panel == number)
-        own = omega[places]
-        if len(places) <= count:
-            yield places, np.pad(own, (0, count - len(places)), mode="edge"), None
-        else:
-            low, high = own.min() ** chosen.power, own.max() ** chosen.power
-            low = min(low, high * (1 - NARROW))
-            angle = (2 * np.arange(count) + 1) * np.pi / (2 * count)
-            nodes = (low + high) / 2 + (high - low) / 2 * np.cos(angle)
-            yield places, nodes ** (1 / chosen.power), (-1.0) ** np.arange(count) * np.sin(angle)
+        if len(places):
+            yield places
+
+
+def _nodes(omega: np.ndarray, power: int) -> tuple[np.ndarray, np.ndarray | None]:
+    """Nodes (rad/s) for the frequencies of a panel, and their weights; None where the frequencies are the nodes."""
+    count = NODES * 2 // power
+    if len(omega) <= count:
+        return np.pad(omega, (0, count - len(omega)), mode="edge"), None
+    low, high = omega.min() ** power, omega.max() ** power
+    low = min(low, high * (1 - NARROW))
+    angle = (2 * np.arange(count) + 1) * np.pi / (2 * count)
+    nodes = (low + high) / 2 + (high - low) / 2 * np.cos(angle)
+    return nodes ** (1 / power), (-1.0) ** np.arange(count) * np.sin(angle)
 
 
 def _over_chains(machine: Machine, poses: Frame, stand: Stand, work: Callable[[Leg, Frame, Posture], _T]) -> list[_T]:
@@ -233,7 +252,7 @@ def _samples(machine: Machine, poses: Frame, stand: Stand, omega: Array, loss_fa
     excitation = Excitation(jnp.asarray(omega), loss_factor)
 
     def sample(leg: Leg, pose: Frame, posture: Posture) -> _Chains:
-        part = leg_dynamics(leg, posture, machine.stock, excitation, effort)
+        part = leg_dynamics(leg, pose, posture, machine.stock, excitation, effort)
         arm = pose.direction(leg.platform_frame().origin)
         carried = [w.carried(posture.heading, arm) for w in part.wrenches]
         wrenches = [jnp.stack([jnp.asarray(c, dtype=float) for c in (*w.force, *w.moment)]) for w in carried]
@@ -246,7 +265,9 @@ def _samples(machine: Machine, poses: Frame, stand: Stand, omega: Array, loss_fa
         spread = both.reshape(-1, 36) @ np.eye(36)[:, 6 * UPPER[0] + UPPER[1]]
         return _Chains(jnp.where(posture.reach < 0, jnp.nan, entries), part.denominator, spread)
 
-    return _Samples(_over_chains(machine, poses, stand, sample), platform_inertia(machine, poses)[:, UPPER[0], UPPER[1]])
+    chains = _over_chains(machine, poses, stand, sample)
+    least = jnp.stack([jnp.nanmin(jnp.abs(c.denominator)) for c in chains]).min()
+    return _Samples(chains, platform_inertia(machine, poses)[:, UPPER[0], UPPER[1]], least)
 
 
 @partial(jax.jit, static_argnames=("inverted", "alone"))
@@ -289,8 +310,8 @@ def _finished(upper: Array, inverted: bool, alone: bool) -> Array:
 def _arguments(machine: Machine, poses: Frame, stand: Stand, omega: Scalar) -> Array:
     """(3,): wave numbers times lengths, the greatest over all poses: of a beam; of bending and of stretching, over a chain."""
 
-    def arguments(leg: Leg, _: Frame, posture: Posture) -> Array:
-        bars = [p for p in parts(walk(leg.chain.elements, posture), machine.stock) if isinstance(p, Bar)]
+    def arguments(leg: Leg, pose: Frame, posture: Posture) -> Array:
+        bars = [p for p in leg_parts(leg, pose, posture, machine.stock) if isinstance(p, Bar)]
         own = [wave_numbers(uniform(b.profile, machine.stock), omega) * jnp.abs(jnp.asarray(b.length)) for b in bars]
         return jnp.stack([jnp.zeros(2), *own])
 

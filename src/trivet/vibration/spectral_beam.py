@@ -21,7 +21,6 @@ from typing import NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 
 from trivet.space.scalar import Scalar
 from trivet.statics.beam_element import Uniform
@@ -47,14 +46,20 @@ class Transfer(NamedTuple):
         twists, wrenches = states[..., :2, 0, :], states[..., 2:, 0, :]
         first = jnp.concatenate([cos * twists + soft * wrenches, heavy * twists + cos * wrenches], axis=-2)
         # A rotation about z is a slope in the x-y plane, one about -y in the x-z plane.
-        sign = np.array([[1.0], [-1.0]])
+        sign = jnp.array([[1.0], [-1.0]])
         near = (
             states[..., 0, 1:, :], sign * states[..., 1, :0:-1, :],
             states[..., 2, 1:, :], sign * states[..., 3, :0:-1, :],
         )  # fmt: skip
-        far = [sum(e[..., None] * x for e, x in zip(row, near, strict=True)) for row in self.across]
+        far = [_products(row, near) for row in self.across]
         rest = [far[0], (sign * far[1])[..., ::-1, :], far[2], (sign * far[3])[..., ::-1, :]]
         return jnp.concatenate([first[..., None, :], jnp.stack(rest, axis=-3)], axis=-2)
+
+
+def _products(row: tuple[Array, ...], near: tuple[Array, ...]) -> Array:
+    """Sum of entries (n, 2) times states (n, 2, c)."""
+    first, *rest = (entry[..., None] * state for entry, state in zip(row, near, strict=True))
+    return sum(rest, start=first)
 
 
 def transfer(made: Uniform, length: Scalar, square: Array, elastic: Scalar, terms: int) -> Transfer:

@@ -16,7 +16,9 @@ exceptions, and at omega = 0 this is the static stiffness.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from itertools import combinations_with_replacement
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -27,11 +29,13 @@ from trivet.kinematics.walk import Posture, walk
 from trivet.model import Leg
 from trivet.model.elements import Flexibility, Joint, Stock
 from trivet.model.elements.beam import beam_axes
-from trivet.space.scalar import Scalar, is_known, is_zero
+from trivet.space.frame import Angle, Frame, about_z
+from trivet.space.scalar import Scalar, add, is_zero
 from trivet.space.screw import Twist, Wrench
+from trivet.space.symmetric import Symmetric
 from trivet.space.vector import Vec
 from trivet.statics.beam_element import uniform
-from trivet.statics.parts import Arm, Bar, Lump, Tie, parts
+from trivet.statics.parts import Arm, Bar, Lump, Part, Tie, parts
 from trivet.vibration.spectral_beam import Array, transfer
 
 STILL = 1e-20
@@ -76,47 +80,83 @@ class LegDynamics(NamedTuple):
     """(n,): q, up to one factor for all frequencies."""
 
 
-def leg_dynamics(leg: Leg, posture: Posture, stock: Stock, excitation: Excitation, effort: Effort) -> LegDynamics:
+class _Front(NamedTuple):
+    """How far a walk along a chain has come."""
+
+    states: Array
+    """(n, 4, 3, c): S; velocity, angular velocity, force and moment at the point, in the axes below."""
+    conditions: tuple[Array, ...]
+    """Rows of G, (n, up to c) each."""
+    point: Vec | None
+    """None on the ground, where a state is the same wherever it is reduced."""
+    axes: Array | None
+    """(3, 3): columns are the axes in the chain's own; None where they are the chain's own."""
+
+    def local(self, *vectors: Vec) -> Array:
+        """(k, 3): vectors in the axes of the states."""
+        columns = jnp.stack([_array(v) for v in vectors])
+        return columns if self.axes is None else columns @ self.axes
+
+    def power(self, screw: Array) -> Array:
+        """(n, c): power of the wrenches on a screw (2, 3)."""
+        return _combined(screw.reshape(6), _flat(self.states)[..., 6:, :])
+
+
+def leg_dynamics(leg: Leg, pose: Frame, posture: Posture, stock: Stock, excitation: Excitation, effort: Effort) -> LegDynamics:
     """A chain at one pose and n frequencies."""
     count = excitation.omega.shape
-    states = jnp.broadcast_to(jnp.eye(12, 6, -6, dtype=complex).reshape(4, 3, 6), (*count, 4, 3, 6))
-    rows: list[Array] = []
-    found = list(parts(walk(leg.chain.elements, posture), stock))
-    point: Vec | None = None  # on the ground a state is the same wherever it is reduced
+    found = leg_parts(leg, pose, posture, stock)
     last = next(k for k in reversed(range(len(found))) if not isinstance(found[k], Lump))
     # What turns with the platform is felt by motions which an open end leaves out.
     may_be_open = not any(isinstance(p, Lump) and _has_arms(p) for p in found[last:])
     open_end: tuple[Twist, ...] = ()
+    # Unit wrenches of the ground along any axes are as good as others: those of the first beam.
+    axes = {k: _axes(part) for k, part in enumerate(found) if isinstance(part, Bar)}
+    still = jnp.eye(12, 6, -6, dtype=complex).reshape(4, 3, 6)
+    front = _Front(jnp.broadcast_to(still, (*count, 4, 3, 6)), (), None, next(iter(axes.values()), None))
     for k, part in enumerate(found):
         if isinstance(part, Tie):
-            states, point = _moved(states, point, part.at), part.at
-            states = _sprung(states, part, excitation)
+            front = _sprung(_moved(front, part.at), part, excitation)
             if k == last and may_be_open and part.element.viscosity is None:
                 open_end = part.slack
             else:
-                states, rows = _yielding(states, rows, part, excitation)
+                front = _yielding(front, part, excitation)
         elif isinstance(part, Bar):
-            states, point = _moved(states, point, part.start.origin), part.end
-            states, rows = _passed(states, rows, part, stock, excitation, effort)
+            front = _turned_to(axes[k], _moved(front, part.start.origin))
+            front = _passed(front, part, stock, excitation, effort)
         elif isinstance(part, Arm):
-            states, point = _moved(_moved(states, point, part.start), part.start, part.end), part.end
+            front = _moved(_moved(front, part.start), part.end)
         else:
-            assert point is not None, "a chain starts with a joint"
-            states = _loaded(states, point, part, excitation.square)
+            front = _loaded(front, part, excitation.square)
     wrenches = transmitted(open_end)
-    columns = [_column(w.force, w.moment) for w in wrenches]
-    basis: Any = np.stack(columns, axis=-1) if all(isinstance(c, np.ndarray) for c in columns) else jnp.stack(columns, axis=-1)
-    rows = [*rows, *(_power(states, screw) for screw in open_end)]
-    flat = states.reshape(*count, 12, -1)
-    felt = [_combined(basis[:, k], flat[..., :6, :]) for k in range(len(wrenches))]
+    basis = [front.local(w.force, w.moment).reshape(6) for w in wrenches]
+    flat = _flat(front.states)
+    felt = [_combined(w, flat[..., :6, :]) for w in basis]
+    conditions = [*front.conditions, *(front.power(front.local(*screw)) for screw in open_end)]
     size = flat.shape[-1]
-    matrix = jnp.stack([*felt, *(jnp.pad(row, ((0, 0), (0, size - row.shape[-1]))) for row in rows)], axis=-2)
+    rows = [*felt, *(jnp.pad(row, ((0, 0), (0, size - row.shape[-1]))) for row in conditions)]
+    matrix = jnp.stack(rows, axis=-2)
     # a from unit motions along W0, then its wrenches in terms of W0.
     scale = jnp.abs(matrix[:1]).max(axis=-1, keepdims=True)  # of the rows, the same at all frequencies
     solved, denominator = eliminated(matrix / scale, jnp.eye(size, len(wrenches)) / scale)
-    part_of = (np if isinstance(basis, np.ndarray) else jnp).linalg.inv(basis.T @ basis) @ basis.T
-    given = jnp.stack([_combined(part_of[k], flat[..., 6:, :]) for k in range(len(wrenches))], axis=-2)
+    along = jnp.stack([_combined(w, flat[..., 6:, :]) for w in basis], axis=-2)
+    given = (_inverse_products(wrenches)[..., None] * along[..., None, :, :]).sum(axis=-2)
     return LegDynamics(wrenches, (given[..., None] * solved[..., None, :, :]).sum(axis=-2), denominator)
+
+
+def leg_parts(leg: Leg, pose: Frame, posture: Posture, stock: Stock) -> list[Part]:
+    """What a chain is made of, in its own axes."""
+    back = Angle(posture.heading.cos, -posture.heading.sin)
+    seat = pose.place(leg.platform_frame())
+    turned = Frame(seat.origin, *(about_z(back, axis) for axis in (seat.x, seat.y, seat.z)))
+    return list(parts(walk(leg.chain.elements, posture), turned, stock))
+
+
+def _inverse_products(wrenches: Sequence[Wrench]) -> Array:
+    """(m, m): inverse of W0^T W0."""
+    pairs = combinations_with_replacement(wrenches, 2)
+    products = Symmetric.of(len(wrenches), (add(a.force @ b.force, a.moment @ b.moment) for a, b in pairs))
+    return jnp.stack([jnp.stack([jnp.asarray(e, dtype=float) for e in row]) for row in products.inverse().full()])
 
 
 def _has_arms(lump: Lump) -> bool:
@@ -125,12 +165,22 @@ def _has_arms(lump: Lump) -> bool:
     return lump.element.inertia is not None or lump.element.centre_of_mass is not None
 
 
-def _column(*vectors: Vec) -> Any:
-    """Components of vectors, one after the other; an array of NumPy where all are known while JAX traces."""
-    components = [c for v in vectors for c in v]
-    if all(is_known(c) for c in components):
-        return np.array(components, dtype=float)
-    return jnp.stack([jnp.asarray(c, dtype=float) for c in components])
+def _axes(bar: Bar) -> Array:
+    """(3, 3): columns are the local axes of a beam in the chain's own, from its near end to its far end."""
+    x, y, z = (_array(v) for v in beam_axes(bar.start, bar.axis))
+    # The extended part of a slide may run backwards.
+    ahead = jnp.where(jnp.asarray(bar.length) < 0, -1.0, 1.0)
+    return jnp.stack([x * ahead, y, z * ahead], axis=-1)
+
+
+def _array(vector: Vec) -> Array:
+    """(3,)."""
+    return jnp.stack([jnp.asarray(c, dtype=float) for c in vector])
+
+
+def _flat(states: Array) -> Array:
+    """(n, 12, c)."""
+    return states.reshape(*states.shape[:-3], 12, states.shape[-1])
 
 
 _IN_CROSS = np.array(
@@ -139,10 +189,9 @@ _IN_CROSS = np.array(
 """(3, 3, 3): an arm times this is the matrix of arm x."""
 
 
-def _crossed(arm: Vec, vectors: Array) -> Array:
-    """arm x vectors (..., 3, c)."""
-    matrix = jnp.tensordot(_column(arm), _IN_CROSS, axes=1)
-    return _turned(matrix, vectors)
+def _crossed(arm: Array, vectors: Array) -> Array:
+    """arm (3,) x vectors (..., 3, c)."""
+    return _turned(jnp.tensordot(arm, _IN_CROSS, axes=1), vectors)
 
 
 def _turned(matrix: Array, vectors: Array) -> Array:
@@ -150,36 +199,31 @@ def _turned(matrix: Array, vectors: Array) -> Array:
     return sum(matrix[:, j, None] * vectors[..., j, None, :] for j in range(3))  # type: ignore[return-value]
 
 
-def _combined(factors: Any, rows: Array) -> Array:
+def _combined(factors: Array, rows: Array) -> Array:
     """Sum of factors (k,) times rows (..., k, c)."""
     return sum(factors[k] * rows[..., k, :] for k in range(rows.shape[-2]))  # type: ignore[return-value]
 
 
-def _moved(states: Array, here: Vec | None, there: Vec) -> Array:
+def _moved(front: _Front, there: Vec) -> _Front:
     """States reduced at another point of the same rigid body: v - arm x w, m - arm x f."""
-    if here is None or here is there:
-        return states
-    velocity, angular, force, moment = (states[..., k, :, :] for k in range(4))
-    arm = there - here
-    return jnp.stack([velocity - _crossed(arm, angular), angular, force, moment - _crossed(arm, force)], axis=-3)
+    if front.point is None or front.point is there:
+        return front._replace(point=there)
+    velocity, angular, force, moment = (front.states[..., k, :, :] for k in range(4))
+    (arm,) = front.local(there - front.point)
+    moved = [velocity - _crossed(arm, angular), angular, force, moment - _crossed(arm, force)]
+    return front._replace(states=jnp.stack(moved, axis=-3), point=there)
 
 
-def _power(states: Array, screw: Twist) -> Array:
-    """(n, columns): power of the wrenches on a screw."""
-    wrenches = states[..., 2:, :, :].reshape(*states.shape[:-3], 6, states.shape[-1])
-    return _combined(_column(screw.linear, screw.angular), wrenches)
-
-
-def _sprung(states: Array, tie: Tie, excitation: Excitation) -> Array:
-    """States beyond those springs of a joint which have no viscous damping beside them."""
+def _sprung(front: _Front, tie: Tie, excitation: Excitation) -> _Front:
+    """Beyond those springs of a joint which have no viscous damping beside them."""
     elastic = excitation.elastic(tie.element.loss_factor)
-    twists = states[..., :2, :, :]
+    twists = front.states[..., :2, :, :]
     for flexibility in tie.sprung:
         if not _is_viscous(flexibility, tie.element):
-            screw = _column(flexibility.twist.linear, flexibility.twist.angular).reshape(2, 3, 1)
+            screw = front.local(*flexibility.twist)
             soft = flexibility.compliance / elastic
-            twists = twists + screw * (soft * _power(states, flexibility.twist))[..., None, None, :]
-    return jnp.concatenate([twists, states[..., 2:, :, :]], axis=-3)
+            twists = twists + screw[..., None] * (soft * front.power(screw))[..., None, None, :]
+    return front._replace(states=jnp.concatenate([twists, front.states[..., 2:, :, :]], axis=-3))
 
 
 def _is_viscous(flexibility: Flexibility, joint: Joint) -> bool:
@@ -187,8 +231,8 @@ def _is_viscous(flexibility: Flexibility, joint: Joint) -> bool:
     return joint.viscosity is not None and flexibility.part in ("drive", "joint")
 
 
-def _yielding(states: Array, rows: list[Array], tie: Tie, excitation: Excitation) -> tuple[Array, list[Array]]:
-    """States beyond the slack and the viscous screws of a joint, and the conditions so far with theirs.
+def _yielding(front: _Front, tie: Tie, excitation: Excitation) -> _Front:
+    """Beyond the slack and the viscous screws of a joint.
 
     The motion along each is a new unknown, and power on the screw = rate * motion its condition: a division by the rate would
     be one by a function of frequency.
@@ -199,54 +243,59 @@ def _yielding(states: Array, rows: list[Array], tie: Tie, excitation: Excitation
     for flexibility in tie.sprung:
         if _is_viscous(flexibility, joint):
             screws.append((flexibility.twist, excitation.elastic(joint.loss_factor) / flexibility.compliance + viscous))
-    for screw, rate in screws:
-        rows = [*rows, jnp.concatenate([_power(states, screw), -rate[..., None]], axis=-1)]
-        motion = jnp.pad(_column(screw.linear, screw.angular), (0, 6)).reshape(4, 3, 1)
-        states = jnp.concatenate([states, jnp.broadcast_to(motion, (*states.shape[:-1], 1))], axis=-1)
-    return states, rows
+    for twist, rate in screws:
+        screw = front.local(*twist)
+        condition = jnp.concatenate([front.power(screw), -rate[..., None]], axis=-1)
+        motion = jnp.broadcast_to(jnp.pad(screw, ((0, 2), (0, 0)))[..., None], (*front.states.shape[:-1], 1))
+        states = jnp.concatenate([front.states, motion], axis=-1)
+        front = front._replace(states=states, conditions=(*front.conditions, condition))
+    return front
 
 
-def _passed(
-    states: Array, rows: list[Array], bar: Bar, stock: Stock, excitation: Excitation, effort: Effort
-) -> tuple[Array, list[Array]]:
-    """States beyond a beam, and the conditions so far with those of its pieces."""
+def _turned_to(axes: Array, front: _Front) -> _Front:
+    """States in the axes of a beam; those of the first one they have from the start."""
+    if axes is front.axes:
+        return front
+    assert front.axes is not None
+    return front._replace(states=_turned(axes.T @ front.axes, front.states), axes=axes)
+
+
+def _passed(front: _Front, bar: Bar, stock: Stock, excitation: Excitation, effort: Effort) -> _Front:
+    """Beyond a beam, in whose axes the states are."""
     made = uniform(bar.profile, stock)
-    x, y, z = (_column(v) for v in beam_axes(bar.start, bar.axis))
-    # The extended part of a slide may run backwards.
-    ahead = jnp.where(jnp.asarray(bar.length) < 0, -1.0, 1.0)
-    axes = jnp.stack([x * ahead, y, z * ahead], axis=-1)
     length = jnp.abs(jnp.asarray(bar.length)) / effort.segments
-    elastic = excitation.elastic(made.loss_factor)
-    step = transfer(made, length, excitation.square, elastic, effort.terms)
-    states = _turned(axes.T, states)
+    step = transfer(made, length, excitation.square, excitation.elastic(made.loss_factor), effort.terms)
     for segment in range(effort.segments):
-        states = step.passed(states)
+        front = front._replace(states=step.passed(front.states))
         if segment + 1 < effort.segments:
-            states, rows = _renewed(states, rows)
-    return _turned(axes, states), rows
+            front = _renewed(front)
+    return front._replace(point=bar.end)
 
 
-def _renewed(states: Array, rows: list[Array]) -> tuple[Array, list[Array]]:
-    """The same states as new unknowns, and the conditions so far with those that tie them to the old ones."""
-    flat = states.reshape(*states.shape[:-3], 12, -1)
+def _renewed(front: _Front) -> _Front:
+    """The same states as new unknowns, which conditions tie to the old ones."""
+    flat = _flat(front.states)
     fresh = jnp.broadcast_to(jnp.eye(12, dtype=complex), (*flat.shape[:-1], 12))
     tied = jnp.concatenate([flat, -fresh], axis=-1)
-    renewed = jnp.concatenate([jnp.zeros_like(flat), fresh], axis=-1).reshape(*states.shape[:-1], -1)
-    return renewed, [*rows, *(tied[..., k, :] for k in range(12))]
+    renewed = jnp.concatenate([jnp.zeros_like(flat), fresh], axis=-1)
+    states = renewed.reshape(*front.states.shape[:-1], renewed.shape[-1])
+    return front._replace(states=states, conditions=(*front.conditions, *(tied[..., k, :] for k in range(12))))
 
 
-def _loaded(states: Array, point: Vec, lump: Lump, square: Array) -> Array:
-    """States beyond a mass at a node: the wrench which moves the mass goes no further."""
-    velocity, angular, force, moment = (states[..., k, :, :] for k in range(4))
-    arm = lump.frame.origin - point
+def _loaded(front: _Front, lump: Lump, square: Array) -> _Front:
+    """Beyond a mass at a node: the wrench which moves the mass goes no further."""
+    assert front.point is not None, "a chain starts with a joint"
+    velocity, angular, force, moment = (front.states[..., k, :, :] for k in range(4))
+    (arm,) = front.local(lump.frame.origin - front.point)
     wanted = lump.mass * (velocity - _crossed(arm, angular))
     turning = _crossed(arm, wanted)
     if not all(is_zero(m) for m in lump.moments):
-        axes = jnp.stack([_column(v) for v in lump.frame[1:]], axis=-1)
+        axes = front.local(*lump.frame[1:])
         moments = jnp.stack([jnp.asarray(m, dtype=float) for m in lump.moments])
-        turning = turning + _turned((axes * moments) @ axes.T, angular)
+        turning = turning + _turned((axes.T * moments) @ axes, angular)
     square = square[..., None, None]
-    return jnp.stack([velocity, angular, force - square * wanted, moment - square * turning], axis=-3)
+    loaded = [velocity, angular, force - square * wanted, moment - square * turning]
+    return front._replace(states=jnp.stack(loaded, axis=-3))
 
 
 def eliminated(matrix: Array, right: Array) -> tuple[Array, Array]:
@@ -260,7 +309,9 @@ def eliminated(matrix: Array, right: Array) -> tuple[Array, Array]:
         right: (n or 1, s, m) right hand sides.
     """
     size = matrix.shape[-1]
-    whole = jnp.concatenate([matrix, jnp.broadcast_to(right, (*matrix.shape[:-1], right.shape[-1])).astype(matrix.dtype)], axis=-1)
+    whole = jnp.concatenate(
+        [matrix, jnp.broadcast_to(right, (*matrix.shape[:-1], right.shape[-1])).astype(matrix.dtype)], axis=-1
+    )
     rows = jnp.arange(size)
 
     def column(k: Array, carry: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
