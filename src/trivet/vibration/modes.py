@@ -30,6 +30,8 @@ LOOSE = 1e-9
 """Stiffness of a motion, against the median of all, below which nothing resists it."""
 TRACE = 1e-9
 """Mass which `exact_frequencies` lends to what has none, as a share of its stiffness over the square of the frequency."""
+RIGID = 1.0
+"""omega^2, (rad/s)^2, below which a motion is as good as one of a rigid body."""
 FREE = 1e-13
 """Strain energy of a mode, against the terms of which it is the sum, below which it is rounding."""
 
@@ -240,7 +242,7 @@ def exact_frequencies(structure: Structure, start: np.ndarray) -> np.ndarray:
         for _ in range(6):
             stiffness, mass = exact.real(square)
             # What has no mass of its own gets a trace of it: that shortens steps, and moves no zero.
-            mass = mass + TRACE / square * still
+            mass = mass + TRACE / max(square, RIGID) * still
             (step,) = scipy.linalg.eigh(stiffness, mass, eigvals_only=True, subset_by_index=[index, index])
             square += step
             if abs(step) < 1e-13 * square:
