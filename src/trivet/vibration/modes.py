@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -30,6 +31,8 @@ LOOSE = 1e-9
 """Stiffness of a motion, against the median of all, below which nothing resists it."""
 TRACE = 1e-9
 """Mass which `exact_frequencies` lends to what has none, as a share of its stiffness over the square of the frequency."""
+NEAR = 3e-8
+"""Relative difference of omega^2 over which the linearised problem is as good as the exact one."""
 RIGID = 1.0
 """omega^2, (rad/s)^2, below which a motion is as good as one of a rigid body."""
 FREE = 1e-13
@@ -238,14 +241,21 @@ def exact_frequencies(structure: Structure, start: np.ndarray) -> np.ndarray:
     squares = (2 * math.pi * np.asarray(start, dtype=float)) ** 2
     exact = ExactStructure(exact_mesh(structure, math.sqrt(squares.max()) * 1.2))
     still, _ = exact.real(0.0)
-    for index, square in enumerate(squares):
+    for first, last in _alike(squares):
+        square = squares[first:last].mean()
         for _ in range(6):
             stiffness, mass = exact.real(square)
             # What has no mass of its own gets a trace of it: that shortens steps, and moves no zero.
             mass = mass + TRACE / max(square, RIGID) * still
-            (step,) = scipy.linalg.eigh(stiffness, mass, eigvals_only=True, subset_by_index=[index, index])
-            square += step
-            if abs(step) < 1e-13 * square:
+            steps = scipy.linalg.eigh(stiffness, mass, eigvals_only=True, subset_by_index=[first, last - 1])
+            squares[first:last] = square + steps
+            square = squares[first:last].mean()
+            if np.abs(steps).max() < NEAR * square:  # the error of a step goes with its square
                 break
-        squares[index] = square
     return np.sqrt(np.maximum(squares, 0)) / (2 * math.pi)
+
+
+def _alike(squares: np.ndarray) -> list[tuple[int, int]]:
+    """Runs of squares so near to each other that what is found at one holds for all."""
+    apart = np.flatnonzero(np.diff(squares) > NEAR * squares[1:]) + 1
+    return list(itertools.pairwise([0, *(int(k) for k in apart), len(squares)]))
