@@ -24,7 +24,7 @@ from trivet.vibration.independent import independent
 MOST_ELEMENTS = 400
 """Elements of one beam."""
 STUB = 1e-2
-"""Length of a beam, against that of the structure, below which it is a joint with six springs."""
+"""Length of a beam, against the structure's `scale`, below which it is a joint with six springs."""
 
 
 @dataclass(frozen=True)
