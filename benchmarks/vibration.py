@@ -176,11 +176,8 @@ def compile_times() -> Iterator[Row]:
     """Seconds to compile each kernel, without any cache; and to trace them all."""
     for name in ("azulay", "eclipse", "alizade", "glozman"):
         loaded = load(name).with_spherical("free").with_theory("timoshenko")
-        kernels = kernels_of(loaded)
-        if name == "azulay":
-            kernels["gradient"] = gradient(loaded)
         times, tracing = {}, 0.0
-        for kernel, (function, arguments) in kernels.items():
+        for kernel, (function, arguments) in kernels_of(loaded).items():
             jax.clear_caches()  # type: ignore[no-untyped-call]
             start = time.perf_counter()
             lowered = function.lower(*arguments)
@@ -193,39 +190,34 @@ def compile_times() -> Iterator[Row]:
 
 
 def kernels_of(machine: Machine) -> dict[str, tuple[Any, tuple[Any, ...]]]:
-    """The kernels of a response at home, and what they take."""
-    poses, stand, omega, chosen = _call(machine)
-    _, nodes, weights = next(iter(spectral._panels(omega, chosen)))
-    sampled = jax.jit(partial(spectral._samples, effort=chosen.effort))
-    arguments = (machine, poses, stand, nodes, ETA)
-    samples = jax.eval_shape(sampled, *arguments)
-    between = (samples, weights, nodes, omega)
-    chains = jax.eval_shape(spectral._between, *between)
-    return {
-        "arguments": (spectral._arguments, (machine, poses, stand, omega[-1])),
-        "samples": (sampled, arguments),
-        "between": (spectral._between, between),
-        "at nodes": (spectral._at_nodes, (samples,)),
-        "finished": (spectral._finished, (machine, poses, chains, omega, True)),
-    }
-
-
-def gradient(machine: Machine) -> tuple[Any, tuple[Any, ...]]:
-    """Mean square of the response, with its derivatives in every dimension."""
-    poses, stand, omega, chosen = _call(machine)
-
-    def size(machine: Machine) -> Any:
-        found = spectral.kernel(machine, poses, stand, omega, ETA, chosen, inverted=True)
-        return jnp.mean(jnp.square(jnp.abs(found)))
-
-    return jax.jit(jax.value_and_grad(size)), (jax.tree.map(jnp.asarray, machine),)
-
-
-def _call(machine: Machine) -> tuple[Frame, Any, np.ndarray, Any]:
+    """The kernels of a response at home and their gradients in every dimension, with what they take."""
     home = zyz_frame(machine.home.position, 0.0, 0.0, 0.0)
     poses = jax.tree.map(lambda c: np.atleast_1d(np.asarray(c, dtype=float)), home)
     stand, omega = spectral.standing(machine, home, parse_mode(machine)), 2 * np.pi * FREQUENCY
-    return poses, stand, omega, spectral.plan(machine, poses, stand, float(omega[-1]))
+    chosen = spectral.plan(machine, poses, stand, float(omega[-1]))
+    nodes, weights = spectral._nodes(omega, chosen.power)
+    sampled = jax.jit(partial(spectral._samples, effort=chosen.effort))
+    between = jax.jit(partial(spectral._between, power=chosen.power, inverted=True, alone=True))
+    at_nodes = jax.jit(partial(spectral._at_nodes, inverted=True, alone=True))
+    parts = (jax.tree.map(jnp.asarray, machine), poses, stand, nodes, ETA)
+    samples = sampled(*parts)
+    return {
+        "arguments": (spectral._arguments, (machine, poses, stand, omega[-1])),
+        "samples": (sampled, parts),
+        "between": (between, (samples, weights, nodes, omega)),
+        "at nodes": (at_nodes, (samples, nodes)),
+        "gradient of samples": (gradient(sampled), parts),
+        "gradient of between": (gradient(between), (samples, weights, nodes, omega)),
+    }
+
+
+def gradient(kernel: Any) -> Any:
+    """A kernel with its derivatives with respect to its first argument, summed up with equal weights."""
+
+    def total(first: Any, *rest: Any) -> Any:
+        return sum(jnp.sum(jnp.real(leaf)) for leaf in jax.tree.leaves(kernel(first, *rest)))
+
+    return jax.jit(jax.value_and_grad(total, allow_int=True))
 
 
 def responses() -> Iterator[Row]:

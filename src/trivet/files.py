@@ -54,7 +54,7 @@ def replacing(path: str | os.PathLike[str], *, overwrite: bool = False) -> Itera
 
 
 def _exists(target: Path) -> str:
-    return f"{target}: exists already; choose another name, or allow overwriting"
+    return f"{target}: exists already; choose another name, or allow overwriting (--overwrite)"
 
 
 def _place(temporary: Path, target: Path) -> None:

@@ -12,8 +12,8 @@ INTERRUPTED = 130
 
 def main() -> None:
     """Run a command; errors become one line and an exit code (2 wrong input, 1 no result, 130 interrupted)."""
-    for name in ("SIGTERM", "SIGHUP"):  # end as by an exception, so that half-written files are cleared away
-        if hasattr(signal, name):
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):  # end as by an exception, so that half-written files are cleared away
+        if hasattr(signal, name) and signal.getsignal(getattr(signal, name)) != signal.SIG_IGN:
             signal.signal(getattr(signal, name), _leave)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -32,6 +32,8 @@ def main() -> None:
         code = 0 if isinstance(error, BrokenPipeError) else 1
         if code:
             print(f"trivet: the output cannot be written: {error.strerror}", file=sys.stderr)
+    except SystemExit as leaving:
+        code = int(leaving.code or 0)
     finally:
         if hasattr(signal, "setitimer"):
             signal.setitimer(signal.ITIMER_REAL, 0)  # whoever is leaving has got here
@@ -45,7 +47,7 @@ def _leave(number: int, frame: object) -> None:
     if hasattr(signal, "setitimer"):
         signal.signal(signal.SIGALRM, lambda *_: _leave(number, frame))
         signal.setitimer(signal.ITIMER_REAL, 0.05)
-    raise SystemExit(128 + number)
+    raise KeyboardInterrupt if number == signal.SIGINT else SystemExit(128 + number)
 
 
 def _run() -> int:

@@ -6,7 +6,7 @@ Any ending, or the full path with segments left out, addresses the same value wh
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from typing import Any
 
 import jax
@@ -43,8 +43,12 @@ def leaves(document: Any, keys: tuple[Key, ...] = ()) -> Iterator[tuple[Key, ...
         yield keys
 
 
-def find(document: dict[str, Any], path: str) -> tuple[Key, ...]:
-    """Keys of the one value that a path, or an abbreviation of it, addresses."""
+def find(document: dict[str, Any], path: str, optional: Container[str] = ()) -> tuple[Key, ...]:
+    """Keys of the one value that a path, or an abbreviation of it, addresses.
+
+    A value that the document does not hold yet is addressed by its path in full; or in short, when it is a joint's or a body's
+    and its key one of the `optional` ones.
+    """
     wanted = path.split(".")
     candidates = {join(document, keys): keys for keys in leaves(document)}
     if path in candidates:
@@ -58,12 +62,26 @@ def find(document: dict[str, Any], path: str) -> tuple[Key, ...]:
     parent = _parent(document, wanted)
     if parent is not None:
         return parent
+    around = [keys for keys in _members(document) if _abbreviates(wanted[:-1], join(document, keys).split("."))]
+    if len(around) == 1 and wanted[-1] in optional:
+        return (*around[0], wanted[-1])
     endings = {".".join(full.split(".")[-2:]) for full in candidates} | set(candidates)
     raise InputError(f"{path}: no such key in this machine{nearest(path, endings)}")
 
 
+def _members(document: Any, keys: tuple[Key, ...] = ()) -> Iterator[tuple[Key, ...]]:
+    """Keys of all members of lists that have a name."""
+    if isinstance(document, dict):
+        for key, value in document.items():
+            yield from _members(value, (*keys, key))
+    elif isinstance(document, list):
+        for index, value in enumerate(document):
+            if isinstance(value, dict) and "name" in value:
+                yield (*keys, index)
+
+
 def _abbreviates(wanted: list[str], full: list[str]) -> bool:
-    if wanted[-1] != full[-1]:
+    if wanted[-1:] != full[-1:]:
         return False
     rest = iter(full)
     return all(part in rest for part in wanted)

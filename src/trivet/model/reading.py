@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
+import re
 import tomllib
 from collections.abc import Mapping
 from functools import cache
@@ -15,6 +17,7 @@ from pydantic import ValidationError
 from trivet.errors import InputError, nearest, shown
 from trivet.model.check import check
 from trivet.model.complaint import one_complaint
+from trivet.model.elements import AnyElement
 from trivet.model.machine import Machine, Status, adapter
 from trivet.model.paths import Key, find, join, put
 
@@ -95,6 +98,8 @@ def _read_bytes(name: str) -> bytes:
     try:
         if path.is_dir():
             raise InputError(f"{name}: is a folder; a machine file was expected")
+        if path.is_fifo():
+            raise InputError(f"{name}: is a pipe; a machine file was expected")
         with path.open("rb") as stream:
             data = stream.read(LARGEST_FILE + 1)
     except InputError:
@@ -138,8 +143,14 @@ def _apply(document: dict[str, Any], settings: Mapping[str, Any]) -> None:
         if isinstance(value, dict) and value and "value" not in value and "." not in path:
             # link.length = … without quotes is a table within a table to TOML
             raise InputError(f'{path}: a table; a key path is written in quotes, "{path}.{next(iter(value))}" = …')
-        keys = find(document, path)
+        keys = find(document, path, _KEYS_OF_ELEMENTS)
         put(document, keys, _as_there(document, keys, value))
+
+
+_KEYS_OF_ELEMENTS = {field.name for kind in get_args(get_args(AnyElement)[0]) for field in dataclasses.fields(kind)}
+
+_LIST = re.compile(r"\s*[-+.\d][^,]*(,\s*[-+.\d][^,]*)+")
+"""Numbers, with units or without, and commas between them."""
 
 
 def _as_there(document: Any, keys: tuple[Key, ...], value: Any) -> Any:
@@ -149,7 +160,7 @@ def _as_there(document: Any, keys: tuple[Key, ...], value: Any) -> Any:
     present = document.get(keys[-1]) if isinstance(document, dict) else document[keys[-1]]
     if isinstance(present, dict):
         present = present.get("value")
-    if isinstance(value, str) and isinstance(present, list):
+    if isinstance(value, str) and (isinstance(present, list) or (present is None and _LIST.fullmatch(value))):
         return [part.strip() for part in value.split(",")]
     if isinstance(value, str) and type(present) is int and value.isdecimal() and len(value) < 10:
         return int(value)

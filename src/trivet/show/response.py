@@ -62,7 +62,8 @@ def title(shown: ShownResponse) -> list[str]:
         f"at {whole.response}" if whole.response == whole.excitation else f"of {whole.response}, loads at {whole.excitation}"
     )
     how = {"exact": "exact", "direct": "finite elements", "modal": "modes of finite elements"}[whole.method]
-    damping = f"{whole.damping} damping, loss factor {whole.loss_factor:g}"
+    own = " but for parts with their own" if whole.has_own_damping else ""
+    damping = f"{whole.damping} damping, loss factor {whole.loss_factor:g}{own}"
     return [*title_lines(whole.at.machine, whole.at.frame, whole.at.mode), f"{shown.output} {places}; {damping}; {how}"]
 
 
@@ -83,7 +84,7 @@ def panels(shown: ShownResponse) -> dict[str, list[Curve]]:
 def _unbounded(shown: ShownResponse) -> np.ndarray:
     """(n,): frequencies so near to a natural one that without damping there is nothing to draw."""
     frequency, natural = shown.whole.frequency, shown.whole.natural
-    if shown.whole.loss_factor > 0 or not len(natural):
+    if shown.whole.is_bounded or not len(natural):
         return np.zeros(len(frequency), dtype=bool)
     near: np.ndarray = np.abs(frequency[:, None] / natural - 1).min(axis=1) < UNBOUNDED
     return near

@@ -1,7 +1,7 @@
 """What a chain is made of mechanically, in order from the ground: ties that yield, beams, rigid arms, and masses.
 
 Both ways to a structure's equations read this list: nodes and elements (`statics.assembly`, in {O}, with numbers), and the
-exact dynamic stiffness of a chain (`vibration.spectral`, in the chain's own axes, while JAX traces).
+exact dynamic stiffness of a chain (`vibration.spectral_chain`, in the chain's own axes, while JAX traces).
 """
 
 from __future__ import annotations

@@ -334,6 +334,8 @@ def _minima(at: PoseReport, found: Modes, low: float, high: float, loss_factor: 
 
     places = grid(low, high, loss_factor)
     peaks = [_peaks(places, values) for values in on_mesh(places).T]
+    if not all(peaks):
+        raise NoResultError("has no finite response in the range of frequencies")
     if damping == "modal":
         return [_least(axis, ends, lambda f: on_mesh(np.array([f]))[0]) for axis, ends in zip(TRANSLATIONS, peaks, strict=True)]
     highest = max(top for ends in peaks for _, top in ends)

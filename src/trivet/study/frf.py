@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from trivet.errors import InputError, nearest
-from trivet.model.elements import Joint
+from trivet.model.elements import Beam, Joint, Prismatic
 from trivet.statics.assembly import assemble
 from trivet.statics.objective import AXES
 from trivet.study.machines import MachineLike
@@ -28,6 +28,8 @@ HIGHEST = 1e5
 """Hz; there the wavelength in a beam comes near its thickness, and beams are beams no more."""
 POLISHED = 40
 """Natural frequencies that are freed of the error of the mesh, one by one."""
+SLIGHT = 1e-3
+"""Loss factor as which a dashpot counts where the width of a resonance is asked: what it adds depends on the mode."""
 AROUND = np.linspace(-3, 3, 25)
 """Where, in half-power widths from a resonance, a response is looked at besides its regular frequencies."""
 
@@ -76,6 +78,16 @@ class FrequencyResponse:
         """(n, 6, 6) inverse of the receptance: its diagonal holds all other displacements, 1/|H_jj| leaves them free."""
         return np.linalg.inv(self.receptance)
 
+    @property
+    def has_own_damping(self) -> bool:
+        """Whether some parts have a loss factor of their own, or a dashpot."""
+        return bool(own_damping(self.at))
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether anything is damped: without, a response has no bound at a natural frequency."""
+        return least_damping(self.at, self.loss_factor) > 0
+
     @cached_property
     def minima(self) -> list[Minimum]:
         """Minimum dynamic stiffness along and about x, y and z within the range of frequencies."""
@@ -84,7 +96,7 @@ class FrequencyResponse:
             lambda f: np.abs(self._evaluated(f)[:, diagonal, diagonal]),
             float(self.frequency[0]),
             float(self.frequency[-1]),
-            _least_damping(self.at, self.loss_factor),
+            least_damping(self.at, self.loss_factor),
         )
         return [_minimum(axis, peak) for axis, peak in zip(AXES, peaks, strict=True)]
 
@@ -153,7 +165,7 @@ def frf(
         raise InputError(f"loss factor: {loss_factor:g}; expected 0 or more, and below 2")
     at = pose(machine, position, azimuth, tilt, roll, mode=mode, strict=strict)
     natural = natural_frequencies(at, low, high)
-    width = natural[:, None] * max(_least_damping(at, loss_factor), 1e-6) / 2
+    width = natural[:, None] * max(least_damping(at, loss_factor), 1e-6) / 2
     around = (natural[:, None] + width * AROUND).ravel()
     frequency = np.unique(np.r_[np.linspace(low, high, points), around[(around > low) & (around < high)]])
     answer = receptance(
@@ -180,7 +192,7 @@ def minimum_dynamic_stiffness(
     """
     answer = spectral.prepared(at.machine, at.frame, at.signs, high, loss_factor)
     diagonal = range(6)
-    peaks = greatest(lambda f: np.abs(np.asarray(answer(f))[:, diagonal, diagonal]), low, high, _least_damping(at, loss_factor))
+    peaks = greatest(lambda f: np.abs(np.asarray(answer(f))[:, diagonal, diagonal]), low, high, least_damping(at, loss_factor))
     return [_minimum(axis, peak) for axis, peak in zip(AXES, peaks, strict=True)]
 
 
@@ -212,8 +224,16 @@ def _minimum(axis: str, peak: Peak) -> Minimum:
     return Minimum(axis, 1 / peak.size, peak.frequency)
 
 
-def _least_damping(at: PoseReport, loss_factor: float) -> float:
-    """The least loss factor of any part."""
-    elements = [e for leg in at.machine.legs for e in leg.chain.elements if isinstance(e, Joint)]
-    own = [e.loss_factor for e in elements] + [m.loss_factor for m in at.machine.materials.values()]
-    return min([loss_factor, *(float(value) for value in own if value is not None and value > 0)])
+def least_damping(at: PoseReport, loss_factor: float) -> float:
+    """The least loss factor above zero, of the analysis or of any part; zero where nothing at all is damped."""
+    return min((value for value in (loss_factor, *own_damping(at)) if value > 0), default=0.0)
+
+
+def own_damping(at: PoseReport) -> list[float]:
+    """Loss factors of the parts that have their own, or dashpots."""
+    elements = [e for chain in at.machine.chains.values() for e in chain.elements]
+    joints = [e for e in elements if isinstance(e, Joint)]
+    profiles = [e.profile for e in elements if isinstance(e, Beam)]
+    profiles += [e.beam for e in elements if isinstance(e, Prismatic) and e.beam is not None]
+    own = [*(j.loss_factor for j in joints), *(at.machine.materials[p.material].loss_factor for p in profiles)]
+    return [float(value) for value in own if value is not None] + [SLIGHT for j in joints if j.viscosity]

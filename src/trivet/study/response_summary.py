@@ -79,7 +79,7 @@ class ShownResponse:
     def minima(self) -> list[Minimum]:
         """Minimum dynamic stiffness along and about x, y, z; none where motion and load are apart, or nothing is damped."""
         whole = self.whole
-        return whole.minima if whole.response == whole.excitation and whole.loss_factor > 0 else []
+        return whole.minima if whole.response == whole.excitation and whole.is_bounded else []
 
     def is_at_end(self, minimum: Minimum) -> bool:
         """Whether a minimum lies at an end of the range of frequencies, beyond which there may be less."""

@@ -33,6 +33,10 @@ TRACE = 1e-9
 """Mass which `exact_frequencies` lends to what has none, as a share of its stiffness over the square of the frequency."""
 NEAR = 3e-8
 """Relative difference of omega^2 over which the linearised problem is as good as the exact one."""
+ROUNDING = 1e-12
+"""Error of the omega^2 of a mode, against the highest, that is rounding: rigid motions have no more exact one."""
+MOST_STEPS = 12
+"""Steps from a mode of the mesh to the exact one; three are usual."""
 RIGID = 1.0
 """omega^2, (rad/s)^2, below which a motion is as good as one of a rigid body."""
 FREE = 1e-13
@@ -114,7 +118,7 @@ def modes(
         pose: platform frame {E} in {O}, m; numbers.
         signs: (n_chains, 2) working mode; None for a machine without.
         count: how many.
-        elements: of every beam, or by name; as many as the modes need when not given.
+        elements: of every beam, or by name; `ELEMENTS` when not given.
 
     Raises:
         NoResultError: a chain does not reach the pose, or the machine moves without resistance (naming the joint).
@@ -243,15 +247,17 @@ def exact_frequencies(structure: Structure, start: np.ndarray) -> np.ndarray:
     still, _ = exact.real(0.0)
     for first, last in _alike(squares):
         square = squares[first:last].mean()
-        for _ in range(6):
+        for _ in range(MOST_STEPS):
             stiffness, mass = exact.real(square)
             # What has no mass of its own gets a trace of it: that shortens steps, and moves no zero.
             mass = mass + TRACE / max(square, RIGID) * still
             steps = scipy.linalg.eigh(stiffness, mass, eigvals_only=True, subset_by_index=[first, last - 1])
             squares[first:last] = square + steps
             square = squares[first:last].mean()
-            if np.abs(steps).max() < NEAR * square:  # the error of a step goes with its square
+            if np.abs(steps).max() < max(NEAR * square, ROUNDING * squares[-1]):  # the error of a step goes with its square
                 break
+        else:
+            raise NoResultError(f"mode {first + 1}, near {math.sqrt(square) / (2 * math.pi):.6g} Hz, was not found exactly")
     return np.sqrt(np.maximum(squares, 0)) / (2 * math.pi)
 
 

@@ -56,8 +56,14 @@ def place_of(machine: Machine, pose: Frame, structure: Structure, name: str) -> 
 
 
 def point_of_platform(machine: Machine, pose: Frame, name: str) -> np.ndarray:
-    """(3,) platform centre or tool tip in {O}, m."""
-    local = (0.0, 0.0, 0.0) if name == "platform" else machine.platform.tool_tip or (0.0, 0.0, 0.0)
+    """(3,) platform centre or tool tip in {O}, m.
+
+    Raises:
+        InputError: for the tool of a machine that has none.
+    """
+    local = (0.0, 0.0, 0.0) if name == "platform" else machine.platform.tool_tip
+    if local is None:
+        raise InputError(f"place tool: {machine.name} has no platform.tool_tip; give one, or write platform")
     return np.array([float(c) for c in pose.shift(local).origin])
 
 

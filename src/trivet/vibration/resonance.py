@@ -15,6 +15,10 @@ NARROWEST = 1e-9
 """Width of a bracket, against its frequency, at which refinement ends."""
 CONTENDERS = 2.0
 """Peaks of the grid that reach the greatest divided by this are refined."""
+MOST = 60
+"""Peaks of the grid that are refined at most: where a response is flat to rounding every other frequency is one."""
+SHARPEST = 1e-3
+"""Loss factor below which a grid grows no finer: what shows of a narrower peak is its flank."""
 
 
 class Peak(NamedTuple):
@@ -26,12 +30,13 @@ class Peak(NamedTuple):
 
 
 def grid(low: float, high: float, loss_factor: float) -> np.ndarray:
-    """Frequencies (n,) from low to high (Hz) on which no resonance of this damping hides: four across its half-power width."""
+    """Frequencies (n,) from low to high (Hz) on which no resonance of this damping hides: four across its half-power width
+    (but see `SHARPEST`)."""
     if not 0 < low < high:
         raise InputError(f"frequencies: {low:g} Hz to {high:g} Hz; expected a range that rises from above 0 Hz")
     if not loss_factor > 0:
         raise InputError(f"loss factor: {loss_factor:g}; a peak has a height only with damping above zero")
-    count = int(np.ceil(np.log(high / low) / (loss_factor / 4))) + 2
+    count = int(np.ceil(np.log(high / low) / (max(loss_factor, SHARPEST) / 4))) + 2
     return np.geomspace(low, high, count)
 
 
@@ -48,15 +53,19 @@ def greatest(size: Callable[[np.ndarray], np.ndarray], low: float, high: float, 
     """
     places = grid(low, high, loss_factor)
     values = size(places)
-    return [_highest(size, places, values, k) for k in range(values.shape[1])]
+    within = CONTENDERS * max(1.0, SHARPEST / loss_factor)  # so much higher a peak may be than its flank
+    return [_highest(size, places, values, k, within) for k in range(values.shape[1])]
 
 
-def _highest(size: Callable[[np.ndarray], np.ndarray], places: np.ndarray, values: np.ndarray, response: int) -> Peak:
+def _highest(
+    size: Callable[[np.ndarray], np.ndarray], places: np.ndarray, values: np.ndarray, response: int, within: float
+) -> Peak:
     own: np.ndarray = np.asarray(values[:, response], dtype=float)
     if not np.all(np.isfinite(own)):
         return Peak(float("nan"), float("nan"))
     padded = np.r_[-np.inf, own, -np.inf]
-    peaks = np.flatnonzero((own >= padded[:-2]) & (own >= padded[2:]) & (own >= float(own.max()) / CONTENDERS))
+    peaks = np.flatnonzero((own >= padded[:-2]) & (own >= padded[2:]) & (own >= float(own.max()) / within))
+    peaks = peaks[np.argsort(-own[peaks], kind="stable")[:MOST]]
     last = len(places) - 1
     brackets = [(float(places[max(int(k) - 1, 0)]), float(places[min(int(k) + 1, last)])) for k in peaks]
     return max((_refined(size, *bracket, response) for bracket in brackets), key=lambda peak: peak.size)

@@ -19,7 +19,7 @@ from trivet.space.frame import Frame
 from trivet.statics.assembly import assemble
 from trivet.statics.structure import carry
 from trivet.vibration import spectral
-from trivet.vibration.exact import ExactStructure, exact_mesh
+from trivet.vibration.exact import ExactStructure, exact_mesh, pieces
 from trivet.vibration.mesh import Mesh, mesh
 from trivet.vibration.modes import Modes, eigenmodes
 from trivet.vibration.places import Place, place_of, point_of_platform
@@ -28,6 +28,8 @@ Method = Literal["exact", "direct", "modal"]
 Damping = Literal["structural", "modal"]
 METHODS: tuple[Method, ...] = ("exact", "direct", "modal")
 
+FINE = 0.4
+"""Greatest wave number times length of an element of a mesh when nothing is said."""
 OUTPUTS = ("receptance", "mobility", "accelerance")
 """Displacement, velocity, or acceleration per load."""
 
@@ -103,7 +105,7 @@ def receptance(
     method: Method = "exact",
     loss_factor: float = 0.02,
     damping: Damping = "structural",
-    elements: int = 8,
+    elements: int | None = None,
     count: int | None = None,
 ) -> np.ndarray:
     """Receptance (n, 6, 6) between two places of a machine, in {O}, m/N, rad/N, rad/(N m).
@@ -118,7 +120,7 @@ def receptance(
             static response of those left out.
         loss_factor: structural damping eta of all that has none of its own; modal damping is zeta = eta / 2.
         damping: "structural" or "modal"; modal damping needs modes.
-        elements: of every beam of a mesh.
+        elements: of every beam of a mesh; as many as the highest frequency needs when not given.
         count: modes; all below twice the highest frequency, and ten more, when not given.
 
     Raises:
@@ -127,7 +129,7 @@ def receptance(
     """
     frequency = np.asarray(frequency, dtype=float)
     if damping == "modal" and method != "modal":
-        raise InputError(f"damping: modal damping needs modes; with method {method} it is structural")
+        raise InputError(f"damping: modal damping needs modes; with method {method} it is structural; choose the method modal")
     if method == "exact" and {response, excitation} <= {"platform", "tool"}:
         centre = np.asarray(spectral.receptance(machine, pose, signs, frequency, loss_factor))
         seen, loaded = (_from_centre(machine, pose, name) for name in (response, excitation))
@@ -140,7 +142,8 @@ def receptance(
     if method == "exact":
         chosen = exact_mesh(structure, 2 * math.pi * float(frequency.max()))
         return exact_receptance(ExactStructure(chosen), *_rows(chosen, second, first), frequency, loss_factor)
-    chosen = mesh(structure, elements)
+    highest = 2 * math.pi * float(frequency.max())
+    chosen = mesh(structure, pieces(structure, highest, FINE) if elements is None else elements)
     rows, columns = _rows(chosen, second, first)
     if method == "direct":
         return direct_receptance(chosen, rows, columns, frequency, loss_factor)

@@ -107,8 +107,7 @@ def leg_dynamics(leg: Leg, pose: Frame, posture: Posture, stock: Stock, excitati
     count = excitation.omega.shape
     found = leg_parts(leg, pose, posture, stock)
     last = next(k for k in reversed(range(len(found))) if not isinstance(found[k], Lump))
-    # What turns with the platform is felt by motions which an open end leaves out.
-    may_be_open = not any(isinstance(p, Lump) and _has_arms(p) for p in found[last:])
+    may_be_open = not any(isinstance(p, Lump) and _is_felt(p, found[last]) for p in found[last:])
     open_end: tuple[Twist, ...] = ()
     # Unit wrenches of the ground along any axes are as good as others: those of the first beam.
     axes = {k: _axes(part) for k, part in enumerate(found) if isinstance(part, Bar)}
@@ -159,10 +158,11 @@ def _inverse_products(wrenches: Sequence[Wrench]) -> Array:
     return jnp.stack([jnp.stack([jnp.asarray(e, dtype=float) for e in row]) for row in products.inverse().full()])
 
 
-def _has_arms(lump: Lump) -> bool:
-    """Whether a mass of a joint resists turns about its node."""
-    assert isinstance(lump.element, Joint), "a body ends with a node of its own"
-    return lump.element.inertia is not None or lump.element.centre_of_mass is not None
+def _is_felt(lump: Lump, tie: Part) -> bool:
+    """Whether a mass beyond the last joint resists the joint's slack motions, which an open end leaves out."""
+    assert isinstance(tie, Tie), "a body ends with a node of its own"
+    has_arms = tie.element.inertia is not None or tie.element.centre_of_mass is not None
+    return has_arms or not all(is_zero(c) for twist in tie.slack for c in twist.linear)
 
 
 def _axes(bar: Bar) -> Array:

@@ -17,20 +17,21 @@ def tables(shown: ShownResponse) -> Iterator[Any]:
     """Natural frequencies, the response there, minimum dynamic stiffness."""
     whole = shown.whole
     at, low, high = whole.at, whole.frequency[0], whole.frequency[-1]
+    own = " (some parts have damping of their own)" if whole.has_own_damping else ""
     yield (
         f"{where(at.machine.name, at.mode, at.position, at.angles)}\n{reached(at.miss)}\n"
         f"{shown.output} of {whole.response} under loads at {whole.excitation}, method {whole.method}, "
-        f"{whole.damping} damping with loss factor {whole.loss_factor:g}, {low:g} to {high:g} Hz"
+        f"{whole.damping} damping with loss factor {whole.loss_factor:g}{own}, {low:g} to {high:g} Hz"
     )
     yield _resonances(shown) if len(whole.natural) else f"no natural frequency from {low:g} to {high:g} Hz"
     if shown.minima:
         yield _minima(shown)
-    elif whole.loss_factor == 0:
+    elif not whole.is_bounded:
         yield "Without damping the response has no bound at a natural frequency, and the dynamic stiffness goes down to zero."
 
 
 def _resonances(shown: ShownResponse) -> Table:
-    entries = shown.entries if shown.whole.loss_factor > 0 else ()  # else there is no bound
+    entries = shown.entries if shown.whole.is_bounded else ()  # else there is no bound
     heads = [head for entry in entries for head in (f"{entry} {shown.unit(entry).written}", "phase °")]
     title = f"natural frequencies and the {shown.output} there" if entries else "natural frequencies"
     found = table(title, "", "Hz", *heads)
