@@ -299,6 +299,9 @@ def test_a_setting_may_add_what_is_not_there() -> None:
     machine = load("azulay", {"home.tilt": "180 deg", "chains.leg.elements.link.length": "1 km"})
     assert machine.home.tilt == math.pi
     assert dimensions(machine)["chains.leg.elements.link.length"] == 1000
+    machine = load("azulay", {"slide.mass": "2 kg", "ball.loss_factor": "0.1", "platform.tool_tip": "0 mm, 1 mm, -5 cm"})
+    _, slide, *_, ball = machine.chains["leg"].elements
+    assert (slide.mass, ball.loss_factor, machine.platform.tool_tip) == (2.0, 0.1, (0.0, 0.001, -0.05))
 
 
 def test_a_file_with_a_byte_order_mark(tmp_path: Path) -> None:

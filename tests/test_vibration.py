@@ -331,6 +331,21 @@ def test_the_greatest_of_many_peaks() -> None:
     np.testing.assert_allclose([p.size * loss for p in peaks], [1.0, 1 / 1.001, 1 / 0.9995], rtol=1e-12)
 
 
+def test_slight_damping_and_flat_responses() -> None:
+    """A grid has its limits: narrower peaks are found by their flanks, and what is flat is not searched peak by peak."""
+    size = oscillator(500.0, 1.0, 1e-8)
+    (peak,) = greatest(alone(size), 1.0, 20000.0, 1e-8)
+    np.testing.assert_allclose([peak.frequency, 1 / peak.size], [500.0, 1e-8], rtol=0.2)
+    calls: list[int] = []
+
+    def flat(frequency: Any) -> Any:
+        calls.append(len(frequency))
+        return 1 + 1e-16 * np.cos(1e5 * frequency)[:, None]
+
+    greatest(flat, 1e-9, 1.0, 0.02)
+    assert len(calls) < 2000
+
+
 def test_peaks_at_the_ends_and_none() -> None:
     size = oscillator(500.0, 1.0, 0.02)
     (low,) = greatest(alone(size), 600.0, 900.0, 0.02)

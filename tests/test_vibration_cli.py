@@ -277,6 +277,7 @@ WRONG = [
     (("frf", "azulay", "--excitation", "leg-1.link@1.5"), "leg-1.link@0.5"),
     (("frf", "azulay", "--method", "exakt"), "did you mean 'exact'"),
     (("frf", "azulay", "--damping", "modal"), "needs modes"),
+    (("frf", "azulay", "--response", "tool"), "no platform.tool_tip"),
     (("frf", "azulay", "--output", "receptence"), "did you mean 'receptance'"),
     (("frf", "azulay", "--entries", "xq"), "expected two of x, y, z"),
     (("frf", "azulay", "--entries", "xx,xx"), "given twice"),
@@ -292,6 +293,14 @@ def test_wrong_input_is_one_line_and_exit_code_2(trivet: Any, arguments: tuple[s
     assert message in err
     assert len(err.strip().splitlines()) == 1
     assert list(tmp_path.iterdir()) == []
+
+
+def test_damping_of_parts_alone_is_damping(trivet: Any) -> None:
+    code, out, err = trivet("frf", "azulay", "--loss-factor", "0", "--set", "ball.loss_factor=0.1", *FEW)
+    assert (code, err) == (0, "")
+    assert "minimum dynamic stiffness" in out
+    assert "no bound" not in out
+    assert "loss factor 0 (some parts have damping of their own)" in out
 
 
 @pytest.mark.parametrize("command", ["modes", "frf"])

@@ -300,6 +300,36 @@ def test_all_that_yields_weighs_and_damps(made: Any) -> None:
     assert np.all(apart(machine, meshed(machine, pose, signs, many[:24:12], 24), expected[:2]) < 1e-3)
 
 
+def test_a_mass_beyond_a_slack_slide_moves_with_the_platform() -> None:
+    """The last joint may be a slide: its mass feels the slide's own motion, with or without any inertia."""
+    slide = {"type": "prismatic", "axis": [1, 0, 1], "mass": "0.2 kg"}
+    last = load("tahmasebi").chains["leg"].elements[-1].name
+    keys = dict.fromkeys(("axis", "travel", "actuated", "measure"))
+    machine = changed(load("tahmasebi"), {last: keys | slide})
+    pose = zyz_frame(np.add(machine.home.position, (0.003, 0.001, 0.002)), 0.4, 0.15, -0.3)
+    found = np.asarray(spectral.receptance(machine, pose, None, SPREAD))
+    assert np.all(apart(machine, found, general(machine, pose, None, SPREAD)) < 1e-8)
+
+
+def test_panels_of_a_plan_may_be_divided_beforehand(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As they must be where JAX traces the machine and nobody looks at a denominator."""
+    machine = balls_below()
+    ((pose, signs),) = stands(machine, 1, seed=8)
+    poses, stand, omega = batch(pose), spectral.standing(machine, pose, signs), 2 * math.pi * np.linspace(3.0, 4700.0, 60)
+    chosen = spectral.plan(machine, poses, stand, float(omega[-1]))
+    better = spectral.divided(machine, poses, stand, omega, LOSS, chosen)
+    assert len(better.edges) > len(chosen.edges)
+    expected = general(machine, pose, signs, omega[::12] / (2 * math.pi))
+    monkeypatch.setattr(spectral, "LEAST", 0.0)
+
+    def worst(plan: spectral.Plan) -> float:
+        found = spectral.kernel(machine, poses, stand, omega, LOSS, plan, inverted=True, alone=True)
+        return float(apart(machine, np.asarray(found)[::12], expected).max())
+
+    assert worst(better) < 1e-8
+    assert worst(chosen) > 1e-5
+
+
 def test_a_lump_on_a_free_ball_turns_with_the_platform() -> None:
     """What stands beyond the last joint is a part of the platform: the platform weighs what both weigh."""
     machine = load("azulay").with_spherical("free")

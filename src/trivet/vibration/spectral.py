@@ -1,9 +1,13 @@
 """Exact dynamic stiffness and receptance of a machine at its platform centre: no mesh, differentiable in every dimension.
 
 The stiffness of a chain is a ratio of entire functions of frequency (`vibration.spectral_chain`), which are as smooth at the
-resonances as between them.  So a chain is solved at a few Chebyshev nodes, and numerator and denominator are interpolated
-(Berrut and Trefethen, SIAM Review 46:501, 2004): thousands of frequencies cost a small matrix product, and the error is that of
-rounding.  The platform's inertia and the inverse are then taken at every frequency.
+resonances as between them.  So the range is cut into panels; in each a chain is solved at a few Chebyshev nodes, and numerator
+and denominator are interpolated (Berrut and Trefethen, SIAM Review 46:501, 2004): thousands of frequencies cost a small matrix
+product, and the error is little more than that of rounding.  The platform's inertia and the inverse are then taken at every
+frequency.
+
+`receptance` and `dynamic_stiffness` are for numbers.  For derivatives call `standing`, `plan` and `divided` with numbers, and
+differentiate `kernel`.
 """
 
 from __future__ import annotations
@@ -33,7 +37,7 @@ from trivet.vibration.spectral_beam import Array, terms_for, wave_numbers
 from trivet.vibration.spectral_chain import Effort, Excitation, leg_dynamics, leg_parts
 
 NODES = 24
-"""Nodes of a panel; also the least number of frequencies of a compiled call."""
+"""Nodes of a panel, twice as many where damping is viscous; also the least number of frequencies of a compiled call."""
 PANEL = 8.0
 """Wave numbers times lengths, of bending and of the rest, summed over a chain, which one panel of frequencies may add."""
 TERMS = 8
@@ -42,7 +46,7 @@ PIECE = 8.0
 """Wave number times length of a piece of a beam."""
 NARROW = 1e-3
 """Least width of a panel, against its upper end: nodes that coincide tell nothing apart."""
-FLAT = 1e-5
+LEAST = 1e-5
 """Least denominator at the nodes of a panel, against its greatest, below which a panel is divided."""
 LOWER = 0.5
 """Where it is divided, against its upper end."""
@@ -67,7 +71,7 @@ class Stand(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """How frequencies are covered (static: kernels are compiled for it)."""
+    """How frequencies are covered; kernels are compiled for all but the edges."""
 
     effort: Effort
     edges: tuple[float, ...]
@@ -177,21 +181,21 @@ def kernel(
     inverted: bool,
     alone: bool = False,
 ) -> Array:
-    """Receptance or dynamic stiffness (p, n, 6, 6) at frequencies (rad/s) which a plan covers; JAX may trace the machine.
+    """Receptance or dynamic stiffness (p, n, 6, 6) at frequencies (rad/s) which a plan covers.
 
-    Of a pose that is alone, (n, 6, 6).
+    Of a pose that is alone, (n, 6, 6).  JAX may trace the machine.  Then the panels are those of the plan: take one that is `divided`.
     """
     pieces, order = [], []
     left = list(_panels(omega, chosen))
     while left:
         places = left.pop()
         at = omega[places]
-        is_low = at < at.max() * LOWER
         nodes, weights = _nodes(at, chosen.power)
         samples = _samples(machine, poses, stand, nodes, loss_factor, chosen.effort)
         if weights is None:
             finished = _at_nodes(samples, nodes, inverted, alone)
-        elif is_low.any() and not isinstance(samples.least, jax.core.Tracer) and samples.least < FLAT:
+        elif not isinstance(samples.least, jax.core.Tracer) and _is_steep(samples, at):
+            is_low = at < at.max() * LOWER
             left += [places[is_low], places[~is_low]]
             continue
         else:
@@ -201,6 +205,23 @@ def kernel(
         pieces.append(finished if finished.shape[-3] == len(places) else finished[..., : len(places), :, :])
         order.append(places)
     return pieces[0] if len(pieces) == 1 else jnp.concatenate(pieces, axis=-3)[..., np.argsort(np.concatenate(order)), :, :]
+
+
+def divided(machine: Machine, poses: Frame, stand: Stand, omega: np.ndarray, loss_factor: Scalar, chosen: Plan) -> Plan:
+    """A plan for these frequencies (rad/s) with panels so narrow that `kernel` would divide none."""
+    edges, left = list(chosen.edges), [omega[places] for places in _panels(omega, chosen)]
+    while left:
+        at = left.pop()
+        nodes, weights = _nodes(at, chosen.power)
+        if weights is not None and _is_steep(_samples(machine, poses, stand, nodes, loss_factor, chosen.effort), at):
+            edges.append(float(at.max() * LOWER))
+            left += [at[at < edges[-1]], at[at >= edges[-1]]]
+    return chosen._replace(edges=tuple(sorted(edges)))
+
+
+def _is_steep(samples: _Samples, omega: np.ndarray) -> bool:
+    """Whether the denominators vary so much over a panel that rounding would drown the least; and it can be divided."""
+    return bool(samples.least < LEAST and omega.min() < omega.max() * LOWER)
 
 
 def _panels(omega: np.ndarray, chosen: Plan) -> Iterator[np.ndarray]:

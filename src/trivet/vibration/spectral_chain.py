@@ -2,8 +2,9 @@
 
 From the ground (at rest, any wrench) the state, a twist and a wrench, passes joints, masses and beams.  It is S a, with one
 column of S per wrench of the ground, and one more for every slack screw.  A mass takes its inertia force out of the wrench, a
-spring adds its deflection, a slack screw adds its motion and the condition that the wrench has no power on it, and a beam
-multiplies by its transfer matrix (`vibration.spectral_beam`).  At the platform joint
+spring adds its deflection, a slack screw adds its motion and the condition that the wrench has no power on it (so does a spring
+beside a dashpot, with its wrench for none), and a beam multiplies by its transfer matrix (`vibration.spectral_beam`), a long one
+in pieces, between which the state is made twelve new unknowns.  At the platform joint, whose own slack screws are conditions only,
 
     [W0^T U]     [d]
     [  G   ] a = [0],       wrench = W0 b,  b = D d,
@@ -11,7 +12,7 @@ multiplies by its transfer matrix (`vibration.spectral_beam`).  At the platform 
 with U the twists of S, G the conditions, W0 the wrenches which the last joint transmits, and d = W0^T u the motions that they
 feel.  D is the dynamic stiffness along W0, and the determinant q of the matrix is its denominator: all entries of S are entire
 functions of frequency, so q D has no poles either.  Nothing is divided on the way: rigid drives and beams without length are no
-exceptions, and at omega = 0 this is the static stiffness.
+exceptions, and as omega goes to zero this becomes the static stiffness.
 """
 
 from __future__ import annotations
