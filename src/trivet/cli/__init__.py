@@ -57,6 +57,8 @@ def _run() -> int:
     from trivet.errors import TrivetError
 
     _keep_compiled_kernels()
+    # Matrices are small here: threads inside LAPACK cost more than they bring.  To be said before NumPy is imported.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         # Commands return nothing; what comes back is the code with which typer would have left.
         code = int(app(standalone_mode=False) or 0)

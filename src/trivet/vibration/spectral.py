@@ -183,7 +183,8 @@ def kernel(
 ) -> Array:
     """Receptance or dynamic stiffness (p, n, 6, 6) at frequencies (rad/s) which a plan covers.
 
-    Of a pose that is alone, (n, 6, 6).  JAX may trace the machine.  Then the panels are those of the plan: take one that is `divided`.
+    Of a pose that is alone, (n, 6, 6).  JAX may trace the machine; then the panels are those of the plan: take one that is
+    `divided`.
     """
     pieces, order = [], []
     left = list(_panels(omega, chosen))

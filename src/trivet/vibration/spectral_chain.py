@@ -3,8 +3,9 @@
 From the ground (at rest, any wrench) the state, a twist and a wrench, passes joints, masses and beams.  It is S a, with one
 column of S per wrench of the ground, and one more for every slack screw.  A mass takes its inertia force out of the wrench, a
 spring adds its deflection, a slack screw adds its motion and the condition that the wrench has no power on it (so does a spring
-beside a dashpot, with its wrench for none), and a beam multiplies by its transfer matrix (`vibration.spectral_beam`), a long one
-in pieces, between which the state is made twelve new unknowns.  At the platform joint, whose own slack screws are conditions only,
+beside a dashpot, with its wrench for none), and a beam multiplies by its transfer matrix (`vibration.spectral_beam`), a long
+one in pieces, between which the state is made twelve new unknowns.  At the platform joint, whose own slack screws are
+conditions only,
 
     [W0^T U]     [d]
     [  G   ] a = [0],       wrench = W0 b,  b = D d,
