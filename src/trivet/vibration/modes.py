@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -35,8 +34,10 @@ NEAR = 3e-8
 """Relative difference of omega^2 over which the linearised problem is as good as the exact one."""
 ROUNDING = 1e-12
 """Error of the omega^2 of a mode, against the highest, that is rounding: rigid motions have no more exact one."""
-MOST_STEPS = 12
+MOST_STEPS = 40
 """Steps from a mode of the mesh to the exact one; three are usual."""
+ALIKE = 3
+"""Modes that are looked at together: what coincides is found at once."""
 RIGID = 1.0
 """omega^2, (rad/s)^2, below which a motion is as good as one of a rigid body."""
 FREE = 1e-13
@@ -245,23 +246,27 @@ def exact_frequencies(structure: Structure, start: np.ndarray) -> np.ndarray:
     squares = (2 * math.pi * np.asarray(start, dtype=float)) ** 2
     exact = ExactStructure(exact_mesh(structure, math.sqrt(squares.max()) * 1.2))
     still, _ = exact.real(0.0)
-    for first, last in _alike(squares):
-        square = squares[first:last].mean()
+    index = 0
+    while index < len(squares):
+        square, low, high = float(squares[index]), 0.0, math.inf
+        last = min(index + ALIKE, len(squares)) - 1
         for _ in range(MOST_STEPS):
             stiffness, mass = exact.real(square)
             # What has no mass of its own gets a trace of it: that shortens steps, and moves no zero.
             mass = mass + TRACE / max(square, RIGID) * still
-            steps = scipy.linalg.eigh(stiffness, mass, eigvals_only=True, subset_by_index=[first, last - 1])
-            squares[first:last] = square + steps
-            square = squares[first:last].mean()
-            if np.abs(steps).max() < max(NEAR * square, ROUNDING * squares[-1]):  # the error of a step goes with its square
+            steps = scipy.linalg.eigh(stiffness, mass, eigvals_only=True, subset_by_index=[index, last])
+            # The error of a step goes with its square.
+            is_small = np.abs(steps) < max(NEAR * square, ROUNDING * squares[-1])
+            found = len(steps) if is_small.all() else int(np.argmin(is_small))
+            if found:
+                squares[index : index + found] = square + steps[:found]
+                index += found
                 break
+            # The sign of a step is that of what is left: modes lie between the places from which steps led up and down.
+            low, high = (square, high) if steps[0] > 0 else (low, square)
+            square += float(steps[0])
+            if not low < square < high:
+                square = (low + min(high, 4 * low)) / 2
         else:
-            raise NoResultError(f"mode {first + 1}, near {math.sqrt(square) / (2 * math.pi):.6g} Hz, was not found exactly")
+            raise NoResultError(f"mode {index + 1}, near {math.sqrt(square) / (2 * math.pi):.6g} Hz, was not found exactly")
     return np.sqrt(np.maximum(squares, 0)) / (2 * math.pi)
-
-
-def _alike(squares: np.ndarray) -> list[tuple[int, int]]:
-    """Runs of squares so near to each other that what is found at one holds for all."""
-    apart = np.flatnonzero(np.diff(squares) > NEAR * squares[1:]) + 1
-    return list(itertools.pairwise([0, *(int(k) for k in apart), len(squares)]))
