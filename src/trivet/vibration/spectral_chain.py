@@ -141,8 +141,8 @@ def leg_dynamics(leg: Leg, pose: Frame, posture: Posture, stock: Stock, excitati
     scale = jnp.abs(matrix[:1]).max(axis=-1, keepdims=True)  # of the rows, the same at all frequencies
     solved, denominator = eliminated(matrix / scale, jnp.eye(size, len(wrenches)) / scale)
     along = jnp.stack([_combined(w, flat[..., 6:, :]) for w in basis], axis=-2)
-    given = (_inverse_products(wrenches)[..., None] * along[..., None, :, :]).sum(axis=-2)
-    return LegDynamics(wrenches, (given[..., None] * solved[..., None, :, :]).sum(axis=-2), denominator)
+    given = _product(_inverse_products(wrenches), along)
+    return LegDynamics(wrenches, _product(given, solved), denominator)
 
 
 def leg_parts(leg: Leg, pose: Frame, posture: Posture, stock: Stock) -> list[Part]:
@@ -300,8 +300,9 @@ def _loaded(front: _Front, lump: Lump, square: Array) -> _Front:
     return front._replace(states=jnp.stack(loaded, axis=-3))
 
 
+@jax.custom_jvp
 def eliminated(matrix: Array, right: Array) -> tuple[Array, Array]:
-    """Solutions (n, s, m) of n sets of s equations, and their determinants (n,), up to one factor for all.
+    """Solutions (n, s, m) of n sets of s equations, and their determinants (n,), up to one factor for all; NaN without any.
 
     Elimination after Gauss and Jordan with the greatest pivot of each column: LAPACK, called for many small matrices at a time
     from several places of one compiled kernel, now and then never returns (jaxlib 0.10).
@@ -335,3 +336,20 @@ def eliminated(matrix: Array, right: Array) -> tuple[Array, Array]:
     first = jnp.zeros(matrix.shape[:-2]), jnp.ones(matrix.shape[:-2], dtype=matrix.dtype)
     whole, logarithm, phase = jax.lax.fori_loop(0, size, column, (whole, *first))
     return whole[..., size:], phase * jnp.exp(logarithm - logarithm.max())
+
+
+@eliminated.defjvp
+def _eliminated_slope(
+    primals: tuple[Array, Array], tangents: tuple[Array, Array]
+) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """d(A^-1 B) = A^-1 (dB - dA A^-1 B), d det A = det A tr(A^-1 dA): the steps of the elimination need no derivatives."""
+    (matrix, right), (matrix_slope, right_slope) = primals, tangents
+    inverse, determinant = eliminated(matrix, jnp.eye(matrix.shape[-1]))
+    solved = _product(inverse, right)
+    slope = _product(inverse, right_slope - _product(matrix_slope, solved))
+    return (solved, determinant), (slope, determinant * (inverse * jnp.swapaxes(matrix_slope, -1, -2)).sum(axis=(-2, -1)))
+
+
+def _product(first: Array, second: Array) -> Array:
+    """Products of small matrices, in one loop."""
+    return (first[..., None] * second[..., None, :, :]).sum(axis=-2)
