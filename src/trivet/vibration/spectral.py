@@ -195,14 +195,15 @@ def kernel(
         samples = _samples(machine, poses, stand, nodes, loss_factor, chosen.effort)
         if weights is None:
             finished = _at_nodes(samples, nodes, inverted, alone)
-        elif not isinstance(samples.least, jax.core.Tracer) and _is_steep(samples, at):
-            is_low = at < at.max() * LOWER
-            left += [places[is_low], places[~is_low]]
-            continue
         else:
             more = -len(places) % PADDED
-            at = np.pad(at, (0, more), mode="edge") if more else at
-            finished = _between(samples, weights, nodes, at, chosen.power, inverted, alone)
+            padded = np.pad(at, (0, more), mode="edge") if more else at
+            # On its way before the samples are looked at, since it is seldom in vain.
+            finished = _between(samples, weights, nodes, padded, chosen.power, inverted, alone)
+            if not isinstance(samples.least, jax.core.Tracer) and _is_steep(samples, at):
+                is_low = at < at.max() * LOWER
+                left += [places[is_low], places[~is_low]]
+                continue
         pieces.append(finished if finished.shape[-3] == len(places) else finished[..., : len(places), :, :])
         order.append(places)
     return pieces[0] if len(pieces) == 1 else jnp.concatenate(pieces, axis=-3)[..., np.argsort(np.concatenate(order)), :, :]
