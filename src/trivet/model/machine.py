@@ -226,6 +226,9 @@ class Machine(eqx.Module):
     format: Literal[1] = eqx.field(static=True, default=1)
     """Version of the file format."""
 
+    def __repr__(self) -> str:
+        return f"<Machine {self.name}: {self.about.title}>"
+
     @property
     def name(self) -> str:
         """Name of the machine."""

@@ -13,6 +13,8 @@ from trivet.show.palette import VERMILLION
 from trivet.study.dynamic_comparison import TRANSLATIONS, DynamicComparison
 from trivet.study.whole_comparison import WholeComparison
 
+FEW_LABELS = 30.0
+"""Upper end of an axis against its lower one up to which there is room for labels between the decades."""
 BAND = 0.36
 """Height of a machine's band, rows being 1 apart."""
 
@@ -80,11 +82,13 @@ def values(result: DynamicComparison, name: str, axis: str) -> dict[str, float]:
 
 def plot(canvas: Any, result: DynamicComparison) -> None:
     """Draw a dynamic comparison on a figure of matplotlib, or on a part of one: a row per machine, a panel per axis."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
     tall = height(result)
     canvas.suptitle(title(result), y=1 - 0.12 / tall)
     grid = canvas.add_gridspec(1, 3, left=0.07, right=0.98, top=1 - 0.65 / tall, bottom=0.95 / tall, wspace=0.08)
     for k, axis in enumerate(TRANSLATIONS):
-        axes = canvas.add_subplot(grid[k])
+        axes = canvas.add_subplot(grid[k], sharex=canvas.axes[-1] if k else None)
         axes.use_sticky_edges = False
         for row, name in enumerate(result.names):
             _plot_row(axes, result, name, axis, row)
@@ -95,7 +99,11 @@ def plot(canvas: Any, result: DynamicComparison) -> None:
         axes.set_axisbelow(True)
         axes.set_title(f"along {axis}", fontsize=11)
         axes.set_xlabel("minimum dynamic stiffness, N/µm")
-    handles, labels = canvas.axes[0].get_legend_handles_labels()
+    low, high = axes.get_xlim()
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < FEW_LABELS * low else (1.0,), numticks=20))
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    handles, labels = axes.get_legend_handles_labels()
     once = dict(zip(labels, handles, strict=True))
     canvas.legend(once.values(), once.keys(), loc="lower center", ncols=3, fontsize=9, frameon=False)
 
