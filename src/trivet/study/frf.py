@@ -26,7 +26,9 @@ from trivet.vibration.response import METHODS, OUTPUTS, Damping, Method, per, re
 MOST_FREQUENCIES = 1_000_000
 HIGHEST = 1e5
 """Hz; there the wavelength in a beam comes near its thickness, and beams are beams no more."""
-POLISHED = 40
+BATCH = 40
+"""Modes that are asked for at first."""
+POLISHED = 100
 """Natural frequencies that are freed of the error of the mesh, one by one."""
 SLIGHT = 1e-3
 """Loss factor as which a dashpot counts where the width of a resonance is asked: what it adds depends on the mode."""
@@ -197,10 +199,10 @@ def minimum_dynamic_stiffness(
 
 
 def natural_frequencies(at: PoseReport, low: float, high: float) -> np.ndarray:
-    """Natural frequencies within a range, Hz; exact ones, or to better than 1e-4 where there are more than `POLISHED`."""
+    """Natural frequencies within a range, Hz: exact ones; those of a mesh, to some 2e-3, if there are more than `POLISHED`."""
     structure = assemble(at.machine, at.frame, at.signs)
     chosen = mesh(structure, pieces(structure, 2 * math.pi * 1.05 * high, 0.5))
-    count = POLISHED
+    count = BATCH
     while True:
         found, _ = held_modes(at.machine.name, chosen, count)
         if found[-1] > 1.05 * high or len(found) < count:
