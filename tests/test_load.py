@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from machines import PAPER, bracketed
+from machines import PAPER, bracketed, changed
 
 from trivet.errors import InputError
 from trivet.kinematics.jacobian import actuator_names, inverse_jacobian
 from trivet.kinematics.mode import parse_mode
+from trivet.kinematics.standing import stand as stand_all
 from trivet.model import Machine, document_of, load, parse
 from trivet.space.frame import IDENTITY, Frame
 from trivet.space.pose import zyz_frame
 from trivet.statics.assembly import PLATFORM, Structure, assemble, assemble_standing
 from trivet.statics.load import load_case, masses, weight
-from trivet.statics.structure import solve
+from trivet.statics.structure import carry, solve
 
 LENGTH, WIDTH, HEIGHT = 0.4, 0.02, 0.03
 YOUNG, NU, DENSITY = 205e9, 0.29, 7870.0
@@ -184,10 +186,36 @@ def test_masses() -> None:
     assert found["leg-2.guide"] == 0.3
     assert found["leg-3.hinge"] == 0
     assert found["platform"] == pytest.approx(np.pi * 0.018**2 * 0.010 * 7870, rel=1e-12)
+    assert found["leg-1.slide"] == pytest.approx(7870 * area * 0.065, rel=1e-12)  # the whole rod, out or in
+    # Without a travel nobody knows more than what is out.
     theta = np.arctan2(*(float(c) for c in pose.shift((0.018, 0, 0)).origin[1::-1]))
     end = np.array([float(c) for c in pose.shift((0.018, 0, 0)).origin])
     slide = end @ [np.cos(theta), np.sin(theta), 0] + np.sqrt(0.216**2 - end[2] ** 2) - 0.162
+    found = masses(changed(machine, {"slide": {"travel": None}}), pose, signs)
     assert found["leg-1.slide"] == pytest.approx(7870 * area * slide, rel=1e-9)
+
+
+@pytest.mark.parametrize("travel", [(0.0, 0.2), (-0.05, 0.2), (-0.3, -0.1)])
+def test_a_rod_weighs_as_a_whole(travel: tuple[float, float]) -> None:
+    """Its moment about {O} is that of one uniform rod, wherever the slide stands in its travel."""
+    machine, pose, signs = stand("azulay")
+    low, high = travel
+    machine = changed(machine, {"slide": {"travel": [f"{low} m", f"{high} m"]}})
+    rod = 7870 * np.pi / 4 * (0.019**2 - 0.014**2)
+    for out in np.linspace(low, high, 4):
+        chains = [(one.posture.coordinates[0], out, *one.posture.coordinates[2:]) for one in stand_all(machine, pose, signs)]
+        structure = assemble_standing(machine, pose, chains)
+        pull = weight(structure, np.array([0.0, 0.0, -1.0]))
+        links = tuple(beam for beam in structure.beams if beam.name.endswith("link"))
+        own = pull - weight(replace(structure, sheathed=(), beams=links), np.array([0.0, 0.0, -1.0]))
+        total = sum(carry(at).T @ f for at, f in zip(structure.nodes, own, strict=True))
+        spans = [(out - max(high, 0.0), out - min(low, 0.0))] * 3
+        expected = np.zeros(6)
+        for (start, end), (guide, *_) in zip(spans, chains, strict=True):
+            middle = (0.162 + (start + end) / 2) * np.array([float(guide.cos), float(guide.sin), 0.0])
+            force = np.array([0.0, 0.0, -rod * (end - start)])
+            expected += np.concatenate([force, np.cross(middle, force)])
+        np.testing.assert_allclose(total, expected, rtol=0, atol=1e-12)
 
 
 def test_lumps_pull_where_they_are() -> None:

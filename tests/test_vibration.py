@@ -150,7 +150,7 @@ def test_strain_energy_has_its_places() -> None:
 
 def test_all_modes_together_move_everything_but_what_stands_on_the_ground() -> None:
     machine, pose, signs = stand()
-    total = sum(masses(machine, pose, signs).values())
+    total = sum(masses(machine, pose, signs).values()) - sum(float(rod.mass) for rod in assemble(machine, pose, signs).sheathed)
     lack = []
     for elements in (4, 8):
         found = modes(machine, pose, signs, 10_000, elements)

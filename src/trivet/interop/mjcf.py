@@ -19,13 +19,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from trivet.files import replacing
-from trivet.kinematics.inertia import Bar, RigidMass, bar_of, element_mass, platform_mass, together
 from trivet.kinematics.jacobian import actuator_names
 from trivet.kinematics.mode import parse_mode
 from trivet.kinematics.standing import Standing, home_pose, stand
 from trivet.kinematics.walk import Coordinate
 from trivet.model.elements import Curvilinear, Drivable, Element, Prismatic, Revolute, Spherical, Stock, Universal
-from trivet.model.elements.beam import beam_axes
+from trivet.model.elements.beam import along, beam_axes
+from trivet.model.mass import RigidMass, Rod, platform_mass, together
 from trivet.space.frame import IDENTITY, Angle, Frame
 from trivet.study.machines import MachineLike, choose
 
@@ -39,8 +39,8 @@ _MOTE, _MOTE_INERTIA = 1e-12, 1e-13
 _NOTES = (
     "SI units and radians. The model stands in the pose of its keyframe. qpos of a slide or a hinge is the coordinate that "
     "trivet gives the joint; qpos of a ball is its turn from this pose. Joints have trivet's names, chain.joint.",
-    "Equality constraints close the loops. Drives, joints and beams are rigid, nothing collides, and the extended part of a "
-    "slide is a rod of the length that it has in this pose.",
+    "Equality constraints close the loops. Drives, joints and beams are rigid, nothing collides, and the rod of a slide "
+    "is as long as its travel asks for.",
 )
 _NO_RANGE = "its travel limits the elevation of the next body, not its coordinate: no range here"
 _NO_INERTIA = f"{_MOTE:g} kg and {_MOTE_INERTIA:g} kg m^2 more than in trivet: MuJoCo moves nothing without mass and inertia"
@@ -67,8 +67,11 @@ class _Body:
 
     def weigh(self) -> None:
         """Write what all parts weigh together."""
-        mass, centre, inertia = together(self.parts)
-        notes = []
+        whole, notes = together(self.parts), []
+        mass, centre, inertia = 0.0, np.zeros(3), np.zeros((3, 3))
+        if whole.mass > 0:
+            mass, centre = float(whole.mass), np.array(whole.centre, dtype=float)
+            inertia = np.array(whole.about_centre.matrix(), dtype=float)
         if self.moves and (mass < _MOTE or np.linalg.eigvalsh(inertia)[0] < _MOTE_INERTIA):
             mass, inertia = mass + _MOTE, inertia + _MOTE_INERTIA * np.eye(3)
             notes = [_comment(_NO_INERTIA)]
@@ -170,14 +173,14 @@ def _add_leg(model: _Model, one: Standing) -> None:
             name = f"{leg.name}.{element.name}"
             body = _Body.within(body.xml, name, body.frame)
             model.qpos += _add_joints(body, name, element, coordinate)
-        body.parts += element_mass(element, coordinate, body.frame, model.stock)
-        bar = bar_of(element, coordinate, body.frame)
-        if bar is not None and bar.length != 0:
-            _draw_bar(body, bar, model.stock)
+        body.parts.append(element.weigh(model.stock).out_of(body.frame))
+        if element.rod is not None:
+            _draw_rod(body, element.rod, model.stock)
     if by_centre:
-        model.platform.parts += element_mass(last, None, seat, model.stock)
+        model.platform.parts.append(last.weigh(model.stock).out_of(seat))
     else:
-        body.parts.append(model.share.seen_from(seat))
+        # Beyond the last joint the body's frame is that of the platform joint.
+        body.parts.append(model.share.into(seat).out_of(body.frame))
     body.weigh()
     body.site(tie, body.frame)
     model.platform.site(on_platform, seat)
@@ -219,14 +222,15 @@ def _add_joints(body: _Body, name: str, joint: Element, coordinate: Coordinate) 
     return [value]
 
 
-def _draw_bar(body: _Body, bar: Bar, stock: Stock) -> None:
-    outline = stock.sections[bar.profile.section].outline
-    x, y, z = beam_axes(bar.start, bar.axis)
-    width, height, half = float(outline.width) / 2, float(outline.height) / 2, abs(bar.length) / 2
+def _draw_rod(body: _Body, rod: Rod, stock: Stock) -> None:
+    outline = stock.sections[rod.profile.section].outline
+    x, y, z = beam_axes(body.frame, rod.axis)
+    middle = along(body.frame, rod.axis, float(rod.low + rod.high) / 2).origin
+    width, height, half = float(outline.width) / 2, float(outline.height) / 2, float(rod.length) / 2
     if outline.is_round:
-        shape = {"type": "cylinder", "size": _text([width, half]), **_placed(Frame(bar.middle, y, z, x))}
+        shape = {"type": "cylinder", "size": _text([width, half]), **_placed(Frame(middle, y, z, x))}
     else:
-        shape = {"type": "box", "size": _text([half, width, height]), **_placed(Frame(bar.middle, x, y, z))}
+        shape = {"type": "box", "size": _text([half, width, height]), **_placed(Frame(middle, x, y, z))}
     ET.SubElement(body.xml, "geom", shape)
 
 

@@ -15,16 +15,17 @@ import jax
 import numpy as np
 
 from trivet.errors import InputError
-from trivet.kinematics.inertia import RigidMass, platform_mass
 from trivet.kinematics.jacobian import is_driven
 from trivet.kinematics.standing import stand
 from trivet.kinematics.walk import Coordinate, walk_from
 from trivet.model import Leg, Machine
-from trivet.model.elements import Stock
+from trivet.model.elements import Prismatic, Stock
 from trivet.model.elements.beam import beam_axes
+from trivet.model.mass import RigidMass, platform_mass
 from trivet.space.frame import Frame
 from trivet.space.screw import Twist
-from trivet.space.vector import Vec
+from trivet.space.tensor import diagonal
+from trivet.space.vector import ZERO, Vec
 from trivet.statics.beam_element import BeamElement, uniform
 from trivet.statics.parts import Arm, Bar, Tie, parts
 
@@ -72,6 +73,20 @@ class NodeMass:
 
 
 @dataclass(frozen=True)
+class Sheathed:
+    """What of a rod its guide hides: it weighs, and it neither bends nor vibrates."""
+
+    name: str
+    """Chain and slide to which it belongs."""
+    node: int
+    """The root of the rod's extended part."""
+    at: np.ndarray
+    """(..., 3): its centre, in {O}, m."""
+    mass: np.ndarray
+    """(...), kg."""
+
+
+@dataclass(frozen=True)
 class Structure:
     """A machine at a pose (or at a batch of poses of one shape) as nodes and what lies between them."""
 
@@ -83,6 +98,7 @@ class Structure:
     masses: tuple[NodeMass, ...]
     scale: float
     """Length (m) by which displacements and rotations are made comparable."""
+    sheathed: tuple[Sheathed, ...] = ()
 
 
 @dataclass
@@ -95,6 +111,7 @@ class _Builder:
     beams: list[BeamElement] = field(default_factory=list)
     connections: list[Connection] = field(default_factory=list)
     masses: list[NodeMass] = field(default_factory=list)
+    sheathed: list[Sheathed] = field(default_factory=list)
 
     def node(self, at: Vec) -> int:
         self.nodes.append(self.array(at))
@@ -144,7 +161,7 @@ def assemble_standing(machine: Machine, pose: Frame, coordinates: Sequence[tuple
     build.masses.append(_in_world(build, "platform", PLATFORM, pose, platform_mass(machine)))
     nodes = np.stack(build.nodes, axis=-2)
     scale = float(machine.characteristic_length) or float(np.abs(nodes).max())
-    return Structure(nodes, tuple(build.beams), tuple(build.connections), tuple(build.masses), scale)
+    return Structure(nodes, tuple(build.beams), tuple(build.connections), tuple(build.masses), scale, tuple(build.sheathed))
 
 
 def _add_leg(build: _Builder, leg: Leg, seat: Frame, coordinates: tuple[Coordinate, ...]) -> None:
@@ -160,13 +177,14 @@ def _add_leg(build: _Builder, leg: Leg, seat: Frame, coordinates: tuple[Coordina
             build.connections.append(_connection(build, name, part, (node, beyond)))
             node = beyond
         elif isinstance(part, Bar):
+            _hide(build, name, node, part)
             node = _add_beam(build, name, node, part)
         elif isinstance(part, Arm):
             beyond = build.node(part.end)
             build.tie(name, node, beyond, build.array(part.end))
             node = beyond
         else:
-            own = RigidMass(float(part.mass), np.zeros(3), np.diag(np.array(part.moments, dtype=float)))
+            own = RigidMass.centred(part.mass, ZERO, diagonal(*part.moments))
             build.masses.append(_in_world(build, name, node, part.frame, own))
     if node != PLATFORM:
         last = leg.chain.elements[-1]
@@ -206,8 +224,25 @@ def _add_beam(build: _Builder, name: str, first: int, bar: Bar) -> int:
     return second
 
 
+def _hide(build: _Builder, name: str, node: int, bar: Bar) -> None:
+    """Add what of a slide's rod is behind its root, and ahead of its end where the travel goes both ways."""
+    rod = bar.element.rod
+    if rod is None or not isinstance(bar.element, Prismatic):
+        return
+    out = np.asarray(bar.length, dtype=float)
+    behind, ahead = np.maximum(-rod.low - np.maximum(out, 0), 0), np.maximum(rod.high - np.maximum(-out, 0), 0)
+    span = behind + ahead
+    moment = behind * (np.minimum(out, 0) - behind / 2) + ahead * (np.maximum(out, 0) + ahead / 2)
+    middle = moment / np.where(span > 0, span, 1)
+    at = build.array(bar.start.origin) + build.array(bar.start.direction(bar.axis)) * middle[..., None]
+    build.sheathed.append(Sheathed(name, node, at, np.asarray(rod.line_density(build.stock) * span)))
+
+
 def _in_world(build: _Builder, name: str, node: int, frame: Frame, own: RigidMass) -> NodeMass:
     """A mass, given in the axes of a frame, as it moves with a node."""
     axes = np.stack([build.array(v) for v in (frame.x, frame.y, frame.z)], axis=-1)
-    at = build.array(frame.origin) + axes @ own.centre
-    return NodeMass(name, node, at, own.mass, axes @ own.inertia @ np.swapaxes(axes, -1, -2))
+    if own.mass == 0:
+        return NodeMass(name, node, build.array(frame.origin), 0.0, np.zeros((*build.shape, 3, 3)))
+    at = build.array(frame.origin) + axes @ np.array(own.centre, dtype=float)
+    inertia = np.array(own.about_centre.matrix(), dtype=float)
+    return NodeMass(name, node, at, float(own.mass), axes @ inertia @ np.swapaxes(axes, -1, -2))

@@ -11,6 +11,7 @@ import numpy as np
 from trivet.errors import InputError
 from trivet.model import Machine
 from trivet.space.frame import Frame
+from trivet.statics.assembly import NodeMass, Sheathed
 from trivet.statics.beam_element import uniform_load
 from trivet.statics.structure import GROUND, PLATFORM, Structure, assemble, carry, solve
 
@@ -57,7 +58,7 @@ def load_case(
 ) -> LoadResult:
     """Deflections, reactions and drive loads of a machine under a load at the tool tip and its own weight (Eq 37).
 
-    The weight is that of beams (uniform, the extended part of a slide at its current length), joints, offsets and platform.
+    The weight is that of beams (uniform), of what guides hide of the rods of slides, of joints, offsets and platform.
 
     Args:
         machine: the machine, its actuators at rest.
@@ -101,7 +102,8 @@ def weight(structure: Structure, gravity: np.ndarray) -> np.ndarray:
         first, second = uniform_load(beam, beam.made_of.mass * gravity).reshape(2, 6)
         loads[beam.first] += first
         loads[beam.second] += second
-    for lump in structure.masses:
+    lumps: tuple[NodeMass | Sheathed, ...] = (*structure.masses, *structure.sheathed)
+    for lump in lumps:
         at_lump = np.concatenate([lump.mass * gravity, np.zeros(3)])
         loads[lump.node] += carry(lump.at - structure.nodes[lump.node]).T @ at_lump
     return loads
@@ -110,7 +112,8 @@ def weight(structure: Structure, gravity: np.ndarray) -> np.ndarray:
 def masses(machine: Machine, pose: Frame, signs: Any) -> dict[str, float]:
     """Masses (kg) of a machine's parts at a pose: of every chain element ("leg-1.link"), and of the "platform".
 
-    A slide's is that of its extended part at its current length and of the lump on it.
+    A slide's is that of the lump on it and of its whole rod, which reaches over all of its travel; without a travel, of the
+    part that is extended.
 
     Args:
         machine, pose, signs: as for `load_case`.
@@ -122,8 +125,9 @@ def masses(machine: Machine, pose: Frame, signs: Any) -> dict[str, float]:
     found = {f"{leg.name}.{element.name}": 0.0 for leg in machine.legs for element in leg.chain.elements} | {"platform": 0.0}
     for beam in structure.beams:
         found[beam.name] += beam.made_of.mass * float(beam.length)
-    for lump in structure.masses:
-        found[lump.name] += lump.mass
+    lumps: tuple[NodeMass | Sheathed, ...] = (*structure.masses, *structure.sheathed)
+    for lump in lumps:
+        found[lump.name] += float(lump.mass)
     return found
 
 

@@ -11,11 +11,13 @@ import equinox as eqx
 from pydantic import BeforeValidator, Field, PlainSerializer, StrictBool, StringConstraints, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
+from trivet.model.mass import NOTHING, RigidMass, Rod
 from trivet.model.quantity import Inertia, Length, Mass, Ratio, RotationalStiffness, Stiffness
 from trivet.model.section import STRICT, Material, Section
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
 from trivet.space.screw import Twist, rotation, translation
+from trivet.space.tensor import diagonal
 from trivet.space.vector import Vec
 
 NAME_PATTERN = r"^[a-z][a-z0-9_-]{0,39}$"
@@ -133,6 +135,15 @@ class Element(eqx.Module):
         """Compliances of this element."""
         return ()
 
+    def weigh(self, stock: Stock) -> RigidMass:
+        """What this element weighs, in the frame beyond it."""
+        return NOTHING if self.rod is None else self.rod.weigh(stock)
+
+    @property
+    def rod(self) -> Rod | None:
+        """The rod which this element is, or which moves with it; None where there is none."""
+        return None
+
     @property
     def axis_of_body(self) -> Direction | None:
         """Direction, in the frame at this element, along which its body extends; None when it has no length."""
@@ -189,6 +200,16 @@ class Joint(Element):
             description="Structural damping eta of the joint's stiffnesses, k (1 + i eta); that of the analysis when not given."
         ),
     ] = eqx.field(default=None, kw_only=True)
+
+    @property
+    def lump(self) -> RigidMass:
+        """The lumped mass which moves with the joint, in the frame beyond it."""
+        if self.mass is None:
+            return NOTHING
+        return RigidMass.centred(self.mass, Vec(*(self.centre_of_mass or (0, 0, 0))), diagonal(*(self.inertia or (0, 0, 0))))
+
+    def weigh(self, stock: Stock) -> RigidMass:
+        return self.lump if self.rod is None else self.lump.plus(self.rod.weigh(stock))
 
     def bearing_flexibilities(self, frame: Frame, coordinate: Any, at: Vec) -> tuple[Flexibility, ...]:
         """Compliances of the bearing, in the frame at the joint."""

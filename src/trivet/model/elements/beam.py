@@ -9,6 +9,7 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from trivet.model.elements.base import Axis, Body, Direction, Flexibility, Profile, Stock
+from trivet.model.mass import Rod
 from trivet.model.quantity import PositiveLength
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
@@ -33,6 +34,10 @@ class Beam(Body):
     def profile(self) -> Profile:
         """Section and material."""
         return Profile(self.section, self.material)
+
+    @property
+    def rod(self) -> Rod:
+        return Rod(self.axis, -self.length, 0, self.profile)
 
     @property
     def axis_of_body(self) -> Direction:

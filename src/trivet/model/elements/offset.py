@@ -6,9 +6,11 @@ from typing import Literal
 
 import equinox as eqx
 
-from trivet.model.elements.base import Body
+from trivet.model.elements.base import Body, Stock
+from trivet.model.mass import NOTHING, RigidMass, point_mass
 from trivet.model.quantity import Length, Mass
 from trivet.space.frame import Frame
+from trivet.space.vector import ZERO, Vec
 
 
 class Offset(Body):
@@ -19,6 +21,12 @@ class Offset(Body):
     """The step."""
     mass: Mass | None = None
     """Mass, taken half at either end."""
+
+    def weigh(self, stock: Stock) -> RigidMass:
+        if self.mass is None:
+            return NOTHING
+        half = self.mass / 2
+        return point_mass(half, ZERO).plus(point_mass(half, -Vec(*self.vector)))
 
     def advance(self, frame: Frame, coordinate: None = None) -> Frame:
         return frame.shift(self.vector)

@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Literal
 
 import equinox as eqx
+import jax.numpy as jnp
 
 from trivet.model.elements.base import Axis, Direction, Drivable, Flexibility, Profile, Stock
 from trivet.model.elements.beam import along, beam_flexibilities
+from trivet.model.mass import Rod
 from trivet.model.quantity import Damping, Length, Stiffness
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
@@ -33,6 +35,17 @@ class Prismatic(Drivable):
     """Distance at which the joint is held while the machine works; free when not given."""
     beam: Profile | None = None
     """The extended part, an elastic beam as long as the coordinate (zero is rigid); rigid when not given."""
+
+    @property
+    def rod(self) -> Rod | None:
+        """The whole rod: it moves with the slide, and reaches back to where the slide starts over all of the travel.
+
+        Without a travel nobody knows how long that is.
+        """
+        if self.beam is None or self.travel is None:
+            return None
+        low, high = self.travel
+        return Rod(self.axis, -jnp.maximum(high, 0.0), -jnp.minimum(low, 0.0), self.beam)
 
     @property
     def axis_of_body(self) -> Direction:
