@@ -126,7 +126,7 @@ def to_mjcf(machine: MachineLike, pose: Frame | None = None, mode: str | None = 
     ET.SubElement(platform.xml, "freejoint", name="platform")
     x, y, z, w = Rotation.from_matrix(np.array(frame.matrix(), dtype=float)).as_quat()
     welds = sum(not isinstance(one.leg.chain.elements[-1], Spherical) for one in stands)
-    share = platform_mass(machine).times(1 / (1 + welds))
+    share = platform_mass(machine.platform, machine.stock).times(1 / (1 + welds))
     model = _Model(machine.stock, world, ties, platform, share, [*frame.origin, w, x, y, z])
     for one in stands:
         _add_leg(model, one)

@@ -123,6 +123,8 @@ def _check_chain(path: str, chain: Chain) -> None:
         if isinstance(element, Joint):
             _check_lump(here, element)
             _check_bearing(here, element)
+        if isinstance(element, Drivable) and element.reflected_inertia is not None and not element.actuated:
+            raise InputError(f"{here}.reflected_inertia: that of a motor, and none drives this joint; set actuated = true")
         if isinstance(element, Spherical):
             _check_ball(here, element)
         if isinstance(element, Universal):

@@ -14,7 +14,7 @@ from trivet.space.vector import ZERO, Vec
 
 if TYPE_CHECKING:
     from trivet.model.elements.base import Direction, Profile, Stock
-    from trivet.model.machine import Machine
+    from trivet.model.machine import Platform
 
 
 class RigidMass(NamedTuple):
@@ -28,6 +28,11 @@ class RigidMass(NamedTuple):
     def centred(cls, mass: Scalar, centre: Vec, inertia: Tensor) -> RigidMass:
         """A body from its centre of mass (m) and its moments of inertia about that."""
         return cls(mass, ZERO, inertia).shifted(centre)
+
+    @classmethod
+    def none(cls) -> RigidMass:
+        """No body."""
+        return cls(0, ZERO, diagonal(0, 0, 0))
 
     @property
     def is_none(self) -> bool:
@@ -72,12 +77,9 @@ class RigidMass(NamedTuple):
         return Wrench(v * self.mass + omega.cross(self.moment), self.inertia @ omega + self.moment.cross(v))
 
 
-NOTHING = RigidMass(0, ZERO, diagonal(0, 0, 0))
-
-
 def together(parts: Iterable[RigidMass]) -> RigidMass:
     """Bodies as one."""
-    total = NOTHING
+    total = RigidMass.none()
     for part in parts:
         total = total.plus(part)
     return total
@@ -119,16 +121,15 @@ class Rod(NamedTuple):
         return RigidMass(mass, ZERO, diagonal(y + z, thin + y, thin + z)).out_of(own)
 
 
-def platform_mass(machine: Machine) -> RigidMass:
-    """The platform in {E}: `NOTHING` when the machine gives no mass, a point when it gives no inertia."""
-    platform = machine.platform
+def platform_mass(platform: Platform, stock: Stock) -> RigidMass:
+    """The platform in {E}: nothing when it gives no mass, a point when it gives no inertia."""
     centre = Vec(*(platform.centre_of_mass or (0, 0, 0)))
     if platform.disc is not None:
         radius, thickness = platform.disc.radius, platform.disc.thickness
-        mass = math.pi * radius * radius * thickness * machine.materials[platform.disc.material].density
+        mass = math.pi * radius * radius * thickness * stock.materials[platform.disc.material].density
         across = mass * (3 * radius * radius + thickness * thickness) / 12
         return RigidMass.centred(mass, centre, diagonal(across, across, mass * radius * radius / 2))
     if platform.mass is None:
-        return NOTHING
+        return RigidMass.none()
     moments = Tensor(*(platform.inertia or (0, 0, 0)), *(platform.products_of_inertia or (0, 0, 0)))
     return RigidMass.centred(platform.mass, centre, moments)

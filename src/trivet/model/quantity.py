@@ -157,7 +157,8 @@ class Quantity:
 
 _EXAMPLES = {
     "": "0.29", "GPa": "205", "N m/rad": "300", "N m s/rad": "0.1", "N s/m": "50", "N/um": "3", "N^2/um^2": "0.35",
-    "deg": "70", "kg": "0.5", "kg mm^2": "120", "kg/m^3": "7870", "mm": "216", "mm^2": "130", "mm^4": "4500",
+    "N": "15", "N m": "0.2", "deg": "70",
+    "kg": "0.5", "kg mm^2": "120", "kg/m^3": "7870", "mm": "216", "mm^2": "130", "mm^4": "4500",
 }  # fmt: skip
 
 
@@ -176,6 +177,8 @@ StiffnessVariance = Annotated[float, Quantity("variance of a stiffness", "N^2/m^
 Damping = Annotated[float, Quantity("damping", "N s/m", "N s/m", at_least_zero=True)]
 RotationalDamping = Annotated[float, Quantity("rotational damping", "N m s/rad", "N m s/rad", at_least_zero=True)]
 RotationalStiffness = Annotated[float, Quantity("rotational stiffness", "N m/rad", "N m/rad", positive=True)]
+Friction = Annotated[float, Quantity("force", "N", "N", at_least_zero=True)]
+RotationalFriction = Annotated[float, Quantity("torque", "N m", "N m", at_least_zero=True)]
 Pressure = Annotated[float, Quantity("pressure", "Pa", "GPa", positive=True)]
 Density = Annotated[float, Quantity("density", "kg/m^3", "kg/m^3", positive=True)]
 Mass = Annotated[float, Quantity("mass", "kg", "kg", at_least_zero=True)]

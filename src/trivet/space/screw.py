@@ -15,6 +15,23 @@ class Twist(NamedTuple):
     linear: Vec
     angular: Vec
 
+    def plus(self, other: Twist, factor: Scalar = 1) -> Twist:
+        """This twist plus a multiple of another."""
+        return Twist(self.linear + other.linear * factor, self.angular + other.angular * factor)
+
+    def times(self, factor: Scalar) -> Twist:
+        """A multiple of this twist."""
+        return Twist(self.linear * factor, self.angular * factor)
+
+    def cross(self, other: Twist) -> Twist:
+        """Rate at which a twist changes that is carried along by this one; both reduced at one point fixed in space."""
+        return Twist(self.angular.cross(other.linear) + self.linear.cross(other.angular), self.angular.cross(other.angular))
+
+    def cross_wrench(self, wrench: Wrench) -> Wrench:
+        """Rate at which a wrench, or a momentum, changes that is carried along by this twist."""
+        moment = self.angular.cross(wrench.moment) + self.linear.cross(wrench.force)
+        return Wrench(self.angular.cross(wrench.force), moment)
+
 
 class Wrench(NamedTuple):
     """A force (N) and the moment about the reduction point (N m)."""
@@ -26,7 +43,7 @@ class Wrench(NamedTuple):
         """Power of the wrench on a twist (W)."""
         return add(self.force @ twist.linear, self.moment @ twist.angular)
 
-    def plus(self, other: Wrench, factor: Scalar) -> Wrench:
+    def plus(self, other: Wrench, factor: Scalar = 1) -> Wrench:
         """This wrench plus a multiple of another."""
         return Wrench(self.force + other.force * factor, self.moment + other.moment * factor)
 

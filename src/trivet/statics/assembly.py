@@ -158,7 +158,7 @@ def assemble_standing(machine: Machine, pose: Frame, coordinates: Sequence[tuple
     build.node(pose.origin)
     for leg, own in zip(machine.legs, coordinates, strict=True):
         _add_leg(build, leg, pose.place(leg.platform_frame()), jax.tree.map(lambda c: np.asarray(c, dtype=float), own))
-    build.masses.append(_in_world(build, "platform", PLATFORM, pose, platform_mass(machine)))
+    build.masses.append(_in_world(build, "platform", PLATFORM, pose, platform_mass(machine.platform, machine.stock)))
     nodes = np.stack(build.nodes, axis=-2)
     scale = float(machine.characteristic_length) or float(np.abs(nodes).max())
     return Structure(nodes, tuple(build.beams), tuple(build.connections), tuple(build.masses), scale, tuple(build.sheathed))

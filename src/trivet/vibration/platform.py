@@ -12,7 +12,7 @@ from trivet.space.frame import Frame
 
 def platform_inertia(machine: Machine, poses: Frame) -> jax.Array:
     """(p, 6, 6): [force; moment about the centre] = inertia [acceleration; angular acceleration], in {O}, at poses (p,)."""
-    mass, moment, inertia = platform_mass(machine)
+    mass, moment, inertia = platform_mass(machine.platform, machine.stock)
     x, y, z = (jnp.asarray(c, dtype=float) for c in moment)
     arm = jnp.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])  # times a vector: moment x vector
     moments = jnp.array([[jnp.asarray(entry, dtype=float) for entry in row] for row in inertia.matrix()])

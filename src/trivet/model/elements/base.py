@@ -11,7 +11,7 @@ import equinox as eqx
 from pydantic import BeforeValidator, Field, PlainSerializer, StrictBool, StringConstraints, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from trivet.model.mass import NOTHING, RigidMass, Rod
+from trivet.model.mass import RigidMass, Rod
 from trivet.model.quantity import Inertia, Length, Mass, Ratio, RotationalStiffness, Stiffness
 from trivet.model.section import STRICT, Material, Section
 from trivet.space.frame import Frame
@@ -137,7 +137,7 @@ class Element(eqx.Module):
 
     def weigh(self, stock: Stock) -> RigidMass:
         """What this element weighs, in the frame beyond it."""
-        return NOTHING if self.rod is None else self.rod.weigh(stock)
+        return RigidMass.none() if self.rod is None else self.rod.weigh(stock)
 
     @property
     def rod(self) -> Rod | None:
@@ -205,7 +205,7 @@ class Joint(Element):
     def lump(self) -> RigidMass:
         """The lumped mass which moves with the joint, in the frame beyond it."""
         if self.mass is None:
-            return NOTHING
+            return RigidMass.none()
         return RigidMass.centred(self.mass, Vec(*(self.centre_of_mass or (0, 0, 0))), diagonal(*(self.inertia or (0, 0, 0))))
 
     def weigh(self, stock: Stock) -> RigidMass:
@@ -215,10 +215,18 @@ class Joint(Element):
         """Compliances of the bearing, in the frame at the joint."""
         return () if self.bearing is None else self.bearing.flexibilities(frame, at)
 
+    damping: eqx.AbstractVar[float | None]
+    friction: eqx.AbstractVar[float | None]
+
     @property
     def viscosity(self) -> float | None:
         """Viscous damping along the twist on which the joint moves or yields (N s/m or N m s/rad); None where it has none."""
-        return None
+        return self.damping
+
+    @property
+    def lever(self) -> Scalar:
+        """Length of the path along which damping, friction and reflected inertia are told, per unit of the coordinate."""
+        return 1
 
 
 class Drivable(Joint):
@@ -229,7 +237,7 @@ class Drivable(Joint):
     )
     travel: eqx.AbstractVar[tuple[float, float] | None]
     stiffness: eqx.AbstractVar[float | None]
-    damping: eqx.AbstractVar[float | None]
+    reflected_inertia: eqx.AbstractVar[float | None]
     locked: eqx.AbstractVar[float | None]
 
     @property
@@ -247,10 +255,6 @@ class Drivable(Joint):
     def motion(self, frame: Frame, at: Vec) -> Twist:
         """The unit twist of the joint, whether it is locked or not."""
         raise NotImplementedError
-
-    @property
-    def viscosity(self) -> float | None:
-        return self.damping
 
     @property
     def limits(self) -> tuple[Scalar, Scalar] | None:

@@ -7,8 +7,9 @@ from typing import Literal
 import equinox as eqx
 
 from trivet.model.elements.base import Drivable, Flexibility, Stock
-from trivet.model.quantity import AngleValue, Damping, PositiveLength, Stiffness
+from trivet.model.quantity import AngleValue, Damping, Friction, Mass, PositiveLength, Stiffness
 from trivet.space.frame import Angle, Frame
+from trivet.space.scalar import Scalar
 from trivet.space.screw import Twist, rotation, translation
 from trivet.space.vector import Vec
 
@@ -27,6 +28,10 @@ class Curvilinear(Drivable):
     """Stiffness of drive and carriage along the guide; rigid when not given."""
     damping: Damping | None = eqx.field(default=None, kw_only=True)
     """Viscous damping along the guide; none when not given."""
+    friction: Friction | None = eqx.field(default=None, kw_only=True)
+    """Coulomb friction along the guide; none when not given."""
+    reflected_inertia: Mass | None = eqx.field(default=None, kw_only=True)
+    """Inertia of motor and gear as it is felt along the guide, J / r^2 of a pinion; none when not given."""
     locked: AngleValue | None = eqx.field(default=None, kw_only=True)
     """Angle at which the joint is held while the machine works; free when not given."""
     yields: Literal["translation", "rotation"] = eqx.field(static=True, default="translation")
@@ -41,7 +46,11 @@ class Curvilinear(Drivable):
     @property
     def viscosity(self) -> float | None:
         straight = self.stiffness is not None and self.yields == "translation"
-        return self.damping if straight or self.damping is None else self.damping * self.radius * self.radius
+        return self.damping if straight or self.damping is None else self.damping * self.lever * self.lever
+
+    @property
+    def lever(self) -> Scalar:
+        return self.radius
 
     def flexibilities(self, frame: Frame, coordinate: Angle, at: Vec, stock: Stock) -> tuple[Flexibility, ...]:
         bearing = self.bearing_flexibilities(frame, coordinate, at)

@@ -7,7 +7,7 @@ from typing import Literal
 import equinox as eqx
 
 from trivet.model.elements.base import Body, Stock
-from trivet.model.mass import NOTHING, RigidMass, point_mass
+from trivet.model.mass import RigidMass, point_mass
 from trivet.model.quantity import Length, Mass
 from trivet.space.frame import Frame
 from trivet.space.vector import ZERO, Vec
@@ -24,7 +24,7 @@ class Offset(Body):
 
     def weigh(self, stock: Stock) -> RigidMass:
         if self.mass is None:
-            return NOTHING
+            return RigidMass.none()
         half = self.mass / 2
         return point_mass(half, ZERO).plus(point_mass(half, -Vec(*self.vector)))
 

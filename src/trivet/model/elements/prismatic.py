@@ -10,7 +10,7 @@ import jax.numpy as jnp
 from trivet.model.elements.base import Axis, Direction, Drivable, Flexibility, Profile, Stock
 from trivet.model.elements.beam import along, beam_flexibilities
 from trivet.model.mass import Rod
-from trivet.model.quantity import Damping, Length, Stiffness
+from trivet.model.quantity import Damping, Friction, Length, Mass, Stiffness
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
 from trivet.space.screw import Twist, translation
@@ -31,6 +31,10 @@ class Prismatic(Drivable):
     """Stiffness of the drive along the axis; rigid when not given."""
     damping: Damping | None = eqx.field(default=None, kw_only=True)
     """Viscous damping along the axis; none when not given."""
+    friction: Friction | None = eqx.field(default=None, kw_only=True)
+    """Coulomb friction along the axis; none when not given."""
+    reflected_inertia: Mass | None = eqx.field(default=None, kw_only=True)
+    """Inertia of motor and gear as it is felt along the axis, J (2 pi / lead)^2 of a screw; none when not given."""
     locked: Length | None = eqx.field(default=None, kw_only=True)
     """Distance at which the joint is held while the machine works; free when not given."""
     beam: Profile | None = None

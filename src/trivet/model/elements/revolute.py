@@ -7,7 +7,7 @@ from typing import Literal
 import equinox as eqx
 
 from trivet.model.elements.base import Axis, Drivable, Flexibility, Stock
-from trivet.model.quantity import AngleValue, RotationalDamping, RotationalStiffness
+from trivet.model.quantity import AngleValue, Inertia, RotationalDamping, RotationalFriction, RotationalStiffness
 from trivet.space.frame import Angle, Frame
 from trivet.space.scalar import Scalar, sine
 from trivet.space.screw import Twist, rotation
@@ -30,6 +30,10 @@ class Revolute(Drivable):
     """Stiffness about the axis; of an actuated hinge rigid, of a passive one zero when not given."""
     damping: RotationalDamping | None = eqx.field(default=None, kw_only=True)
     """Viscous damping about the axis; none when not given."""
+    friction: RotationalFriction | None = eqx.field(default=None, kw_only=True)
+    """Coulomb friction about the axis; none when not given."""
+    reflected_inertia: Inertia | None = eqx.field(default=None, kw_only=True)
+    """Inertia of motor and gear as it is felt about the axis, the motor's times ratio^2; none when not given."""
     locked: AngleValue | None = eqx.field(default=None, kw_only=True)
     """Angle at which the joint is held while the machine works; free when not given."""
 

@@ -7,7 +7,7 @@ from typing import Literal
 import equinox as eqx
 
 from trivet.model.elements.base import Flexibility, Joint, Stock
-from trivet.model.quantity import AngleValue, RotationalStiffness
+from trivet.model.quantity import AngleValue, RotationalDamping, RotationalFriction, RotationalStiffness
 from trivet.space.frame import Angle, Frame, Turn
 from trivet.space.screw import Twist, rotation
 from trivet.space.vector import Vec
@@ -27,6 +27,10 @@ class Spherical(Joint):
     """Rotational stiffness about every axis, of an elastic joint."""
     cone: AngleValue | None = None
     """Greatest deviation from the neutral axis; recorded, not checked until a neutral axis can be stated."""
+    damping: RotationalDamping | None = eqx.field(default=None, kw_only=True)
+    """Viscous damping about every axis; none when not given."""
+    friction: RotationalFriction | None = eqx.field(default=None, kw_only=True)
+    """Coulomb friction about the axis on which the ball turns; none when not given."""
 
     def advance(self, frame: Frame, coordinate: tuple[Angle, Angle, Angle] | Turn) -> Frame:
         if isinstance(coordinate, Turn):

@@ -7,6 +7,7 @@ from typing import Literal
 import equinox as eqx
 
 from trivet.model.elements.base import Axis, Flexibility, Joint, Stock
+from trivet.model.quantity import RotationalDamping, RotationalFriction
 from trivet.space.frame import Angle, Frame
 from trivet.space.screw import Twist, rotation
 from trivet.space.vector import Vec
@@ -20,6 +21,10 @@ class Universal(Joint):
     type: Literal["universal"] = eqx.field(static=True)
     axes: tuple[Axis, Axis] = eqx.field(static=True)
     """First and second axis, in the frame at zero angles."""
+    damping: RotationalDamping | None = eqx.field(default=None, kw_only=True)
+    """Viscous damping about every axis; none when not given."""
+    friction: RotationalFriction | None = eqx.field(default=None, kw_only=True)
+    """Coulomb friction about either axis; none when not given."""
 
     def advance(self, frame: Frame, coordinate: tuple[Angle, Angle]) -> Frame:
         return frame.turn(self.axes[0], coordinate[0]).turn(self.axes[1], coordinate[1])
