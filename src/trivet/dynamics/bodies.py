@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import jax
+import jax.numpy as jnp
+
 from trivet.errors import InputError
 from trivet.kinematics.inverse import inverse
 from trivet.kinematics.jacobian import is_driven
@@ -55,6 +58,28 @@ class Bodies(NamedTuple):
         places = [(c, k) for c, count in enumerate(counts) for k in range(count)]
         return sorted(places, key=lambda place: (place[1], place[0]))
 
-    def stand(self, pose: Frame, signs: Any) -> tuple[Posture, ...]:
-        """How every chain stands at a pose in a working mode, (n_chains, 2)."""
-        return tuple(inverse(leg, pose, signs[k]) for k, leg in enumerate(self.legs))
+    def alike(self) -> list[Alike]:
+        """The chains, those made alike as one: JAX then compiles one of them, over chains and poses."""
+        found: dict[Any, list[int]] = {}
+        for place, leg in enumerate(self.legs):
+            found.setdefault(jax.tree.structure(leg), []).append(place)
+        return [Alike(tuple(places), _stacked([self.legs[k] for k in places])) for places in found.values()]
+
+
+class Alike(NamedTuple):
+    """Chains that are made alike."""
+
+    places: tuple[int, ...]
+    """Which of the machine's chains they are."""
+    leg: Leg
+    """All of them, numbers with shape (chains, 1): poses go along the last axis."""
+
+    def stand(self, pose: Frame, signs: Scalar) -> Posture:
+        """How they stand at poses (n,) in a working mode, (n_chains, 2): components (chains, n)."""
+        side, elbow = jnp.asarray(signs)[jnp.array(self.places)].T[..., None]
+        return inverse(self.leg, pose, (side, elbow))
+
+
+def _stacked(legs: list[Leg]) -> Leg:
+    stacked: Leg = jax.tree.map(lambda *values: jnp.stack([jnp.asarray(v, dtype=float) for v in values])[:, None], *legs)
+    return stacked

@@ -1,22 +1,27 @@
-"""The machine's equations of motion at one pose, in task space (paper Eq 17) and in the space of the actuators (Eqs 27-32).
+"""The machine's equations of motion, in task space (paper Eq 17) and in the space of the actuators (Eqs 27-32).
 
     M_t Vdot + C_t + g_t + F_t = J_G^-T tau_Q + tau_ext          (17), (22)
     M_Q Qddot + C_Q + g_Q + F_Q = tau_Q + J_G^T tau_ext          (27), (32)
 
-V is the twist of the platform centre in {O} (not the rates of any angles), tau_ext a wrench on the platform at its centre, F the
-friction of the joints.  M contains what motors and gears reflect.  Chains are those of `dynamics.chain`; nothing here divides by
-anything but the chains' W and, in the space of the actuators, J_G^-1, so that M_t and the like are regular at Type 2 singularities
-(where the actuators lose the platform), and nothing is at Type 1 (where a chain does).
+V is the twist of the platform centre in {O} (not the rates of any angles), tau_ext a wrench on the platform at its centre, F
+the friction of the joints; M contains what motors and gears reflect.  Nothing here divides by anything but the chains' W and,
+in the space of the actuators, J_G^-1: M_t and its companions are regular at Type 2 singularities, where the actuators lose the
+platform, and nothing is at Type 1, where a chain does.
+
+States are batches: components of poses, twists and wrenches have the shape (n,).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
+
+import jax.numpy as jnp
 
 from trivet.dynamics.bodies import Bodies
 from trivet.dynamics.chain import (
     Chain,
+    ChainMotion,
     chain_at,
     chain_inertia,
     chain_motion,
@@ -27,12 +32,14 @@ from trivet.dynamics.chain import (
 )  # fmt: skip
 from trivet.kinematics.walk import Posture
 from trivet.model.mass import RigidMass
-from trivet.space.elimination import inverse, solve
+from trivet.space.elimination import Array, eliminated, solve
 from trivet.space.frame import IDENTITY, Frame
-from trivet.space.scalar import Scalar, add, mul
+from trivet.space.scalar import Scalar, add, is_zero, mul
 from trivet.space.screw import Twist, Wrench
-from trivet.space.symmetric import Symmetric, dot
+from trivet.space.symmetric import dot
 from trivet.space.vector import ZERO, Vec
+
+REST = Twist(ZERO, ZERO)
 
 
 class State(NamedTuple):
@@ -56,33 +63,33 @@ class Surroundings(NamedTuple):
 
 
 class TaskSpace(NamedTuple):
-    """Eq (17) at one state."""
+    """Eq (17); actuators in the order of Q."""
 
-    inertia: Symmetric
-    """M_t, 6 x 6 (kg, kg m, kg m^2)."""
-    coriolis: Wrench
-    """C_t (N, N m)."""
-    gravity: Wrench
-    """g_t."""
-    friction: Wrench
-    """F_t."""
-    jacobian: list[Wrench]
-    """Rows of J_G^-1, Qdot = J_G^-1 V, actuators in the order of Q."""
-    drift: list[Scalar]
-    """Qddot where Vdot = 0: the time derivative of J_G^-1, times V."""
+    inertia: Array
+    """M_t (n, 6, 6): kg, kg m, kg m^2."""
+    coriolis: Array
+    """C_t (n, 6): N, N m."""
+    gravity: Array
+    """g_t (n, 6)."""
+    friction: Array
+    """F_t (n, 6)."""
+    jacobian: Array
+    """J_G^-1 (n, 6, 6), Qdot = J_G^-1 V."""
+    drift: Array
+    """(n, 6): Qddot where Vdot = 0, the time derivative of J_G^-1 times V."""
 
 
 class ActuatorSpace(NamedTuple):
-    """Eq (27) at one state; actuators in the order of Q."""
+    """Eq (27); actuators in the order of Q."""
 
-    inertia: list[list[Scalar]]
-    """M_Q (kg, kg m, kg m^2)."""
-    coriolis: list[Scalar]
-    """C_Q (N, N m)."""
-    gravity: list[Scalar]
-    """g_Q."""
-    friction: list[Scalar]
-    """F_Q."""
+    inertia: Array
+    """M_Q (n, 6, 6): kg, kg m, kg m^2."""
+    coriolis: Array
+    """C_Q (n, 6): N, N m."""
+    gravity: Array
+    """g_Q (n, 6)."""
+    friction: Array
+    """F_Q (n, 6)."""
 
 
 class Platform(NamedTuple):
@@ -91,51 +98,60 @@ class Platform(NamedTuple):
     mass: RigidMass
     """About its centre, in the axes of {O}."""
 
+    @classmethod
+    def at(cls, bodies: Bodies, pose: Frame) -> Platform:
+        """The platform at poses."""
+        return cls(bodies.platform.out_of(pose._replace(origin=ZERO)))
+
     def force(self, twist: Twist, acceleration: Twist, gravity: Vec) -> Wrench:
         """M_p Vdot + C_p + g_p."""
         linear = acceleration.linear - twist.angular.cross(twist.linear) - gravity
         return rigid_force(self.mass, twist, Twist(linear, acceleration.angular))
 
 
-def platform_at(bodies: Bodies, pose: Frame) -> Platform:
-    """The platform at a pose."""
-    return Platform(bodies.platform.out_of(pose._replace(origin=ZERO)))
+Stand = Sequence[Posture]
+"""How the chains stand: one posture per group of `Bodies.alike`, components (chains, n)."""
 
 
-def chains_at(bodies: Bodies, pose: Frame, stand: Sequence[Posture]) -> list[Chain]:
-    """All chains at a pose."""
-    return [chain_at(leg, pose, posture, bodies.stock) for leg, posture in zip(bodies.legs, stand, strict=True)]
+def chains_at(bodies: Bodies, pose: Frame, stand: Stand) -> list[Chain]:
+    """The chains at poses (n,), one per group of `Bodies.alike`, components (chains, n)."""
+    return [chain_at(group.leg, pose, posture, bodies.stock) for group, posture in zip(bodies.alike(), stand, strict=True)]
 
 
-def task_space(bodies: Bodies, state: State, stand: Sequence[Posture], around: Surroundings) -> TaskSpace:
-    """Eq (17): platform (M_p, C_p, g_p) and chains (M_i, C_i, g_i of Eqs 18-20, with C_i as corrected in docs/dynamics.md)."""
+def task_space(bodies: Bodies, state: State, stand: Stand, around: Surroundings) -> TaskSpace:
+    """Eq (17): platform (M_p, C_p, g_p) and chains (M_i, C_i, g_i of Eqs 18-20, C_i as corrected in docs/dynamics.md)."""
     pose, twist = state
-    rest = Twist(ZERO, ZERO)
-    platform = platform_at(bodies, pose)
-    inertia = _platform_inertia(platform)
-    coriolis = platform.force(twist, rest, ZERO)
-    gravity = platform.force(rest, rest, around.gravity)
-    friction = Wrench(ZERO, ZERO)
-    rows: list[list[Wrench]] = []
-    drifts: list[list[Scalar]] = []
-    for chain in chains_at(bodies, pose, stand):
-        z, own = chain.rows(), chain_inertia(chain)
-        motion = chain_motion(chain, twist, rest)
-        for i in range(len(z)):
-            for j in range(len(z)):
-                _add_product(inertia, own[i, j], z[i], z[j])
+    shape = jnp.shape(pose.origin.x)
+    platform = Platform.at(bodies, pose)
+    units = [*(Twist(axis, ZERO) for axis in IDENTITY[1:]), *(Twist(ZERO, axis) for axis in IDENTITY[1:])]
+    inertia = jnp.stack([_array(platform.mass.momentum(unit), shape) for unit in units], axis=-1)
+    coriolis = _array(platform.force(twist, REST, ZERO), shape)
+    gravity = _array(platform.force(REST, REST, around.gravity), shape)
+    friction = jnp.zeros((*shape, 6))
+    rows: dict[tuple[int, int], Array] = {}
+    drifts: dict[tuple[int, int], Array] = {}
+    for group, chain in zip(bodies.alike(), chains_at(bodies, pose, stand), strict=True):
+        inner = (len(group.places), *shape)
+        z = jnp.stack([_array(row, inner) for row in chain.rows()], axis=-2)
+        motion = chain_motion(chain, twist, REST)
+        still = [0] * len(motion.rates)
         swirl, _ = inertia_forces(chain, motion.rates, motion.accelerations, ZERO)
-        still = [0] * len(z)
-        weight, _ = inertia_forces(chain, still, still, chain.inwards(around.gravity))
         motors = [mul(reflected(joint), rise) for joint, rise in zip(chain.joints, motion.accelerations, strict=True)]
-        coriolis = _sum(coriolis, [add(a, b) for a, b in zip(swirl, motors, strict=True)], z)
-        gravity = _sum(gravity, weight, z)
+        weight, _ = inertia_forces(chain, still, still, chain.inwards(around.gravity))
         lost = resistance(chain, motion, around.creep)
-        friction = _sum(friction, lost.along(chain.screws), z).plus(chain.outwards(Wrench(ZERO, lost.in_ball)))
-        rows.append([z[k] for k in chain.drives])
-        drifts.append([motion.accelerations[k] for k in chain.drives])
-    order = bodies.ranks
-    return TaskSpace(inertia, coriolis, gravity, friction, [rows[c][k] for c, k in order], [drifts[c][k] for c, k in order])
+        inertia += jnp.einsum("cnia,cnij,cnjb->nab", z, _array2(chain_inertia(chain).full(), inner), z)
+        coriolis += jnp.einsum("cnia,cni->na", z, _array1([add(a, b) for a, b in zip(swirl, motors, strict=True)], inner))
+        gravity += jnp.einsum("cnia,cni->na", z, _array1(weight, inner))
+        friction += jnp.einsum("cnia,cni->na", z, _array1(lost.along(chain.screws), inner))
+        friction += _array(chain.outwards(Wrench(ZERO, lost.in_ball)), inner).sum(axis=0)
+        rises = _array1(motion.accelerations, inner)
+        for own, place in enumerate(group.places):
+            for rank, k in enumerate(chain.drives):
+                rows[place, rank], drifts[place, rank] = z[own, :, k], rises[own, :, k]
+    jacobian = jnp.stack([rows[rank] for rank in bodies.ranks], axis=-2)
+    return TaskSpace(
+        inertia, coriolis, gravity, friction, jacobian, jnp.stack([drifts[rank] for rank in bodies.ranks], axis=-1)
+    )
 
 
 def actuator_space(task: TaskSpace, length: Scalar) -> ActuatorSpace:
@@ -145,113 +161,130 @@ def actuator_space(task: TaskSpace, length: Scalar) -> ActuatorSpace:
         task: Eq (17).
         length: by which moments are compared with forces (m).
     """
-    columns = list(zip(*inverse(_scaled(task.jacobian, length)), strict=True))  # J_G, with turns times the length
-    jacobian = [[*column[:3], *(c / length for c in column[3:])] for column in columns]
-    moved = [[dot([task.inertia[i, j] for j in range(6)], column) for i in range(6)] for column in jacobian]
-    inertia = [[dot(row, column) for column in moved] for row in jacobian]
+    jacobian = forward_jacobian(task, length)
+    inertia = jnp.einsum("nai,nab,nbj->nij", jacobian, task.inertia, jacobian)
+    inertia = (inertia + jnp.swapaxes(inertia, -1, -2)) / 2
+
+    def seen(wrench: Array) -> Array:
+        return jnp.einsum("nai,na->ni", jacobian, wrench)
+
     # dJ_G/dt Qdot = -J_G (dJ_G^-1/dt) V
-    coriolis = [*task.coriolis.force, *task.coriolis.moment]
-    swirl = [add(dot(row, coriolis), mul(-1, dot(own, task.drift))) for row, own in zip(jacobian, inertia, strict=True)]
-    gravity, friction = ([dot(row, [*w.force, *w.moment]) for row in jacobian] for w in (task.gravity, task.friction))
-    return ActuatorSpace(inertia, swirl, gravity, friction)
+    swirl = seen(task.coriolis) - jnp.einsum("nij,nj->ni", inertia, task.drift)
+    return ActuatorSpace(inertia, swirl, seen(task.gravity), seen(task.friction))
 
 
-def needed_wrench(bodies: Bodies, state: State, acceleration: Twist, chains: Sequence[Chain], around: Surroundings) -> Wrench:
-    """M_t Vdot + C_t + g_t + F_t - tau_ext at once, by the recursion of Newton and Euler: what the actuators must bring about."""
-    pose, twist = state
-    total = platform_at(bodies, pose).force(twist, acceleration, around.gravity).plus(around.load, -1)
-    for chain in chains:
-        motion = chain_motion(chain, twist, acceleration)
-        forces, _ = inertia_forces(chain, motion.rates, motion.accelerations, chain.inwards(around.gravity))
-        lost = resistance(chain, motion, around.creep)
-        own = Wrench(ZERO, lost.in_ball)
-        for row, force, drag, joint, rise in zip(
-            chain.reciprocal, forces, lost.along(chain.screws), chain.joints, motion.accelerations, strict=True
-        ):
-            own = own.plus(row, add(add(force, drag), mul(reflected(joint), rise)))
-        total = total.plus(chain.outwards(own))
-    return total
+def forward_jacobian(task: TaskSpace, length: Scalar) -> Array:
+    """J_G (n, 6, 6), V = J_G Qdot (Eq 23)."""
+    scale = jnp.concatenate([jnp.ones(3), jnp.full(3, length)])
+    # Solved with turns times the length, so that pivots compare.
+    return eliminated(task.jacobian / scale, jnp.eye(6)[None])[0] / scale[:, None]
 
 
-def drive_rows(bodies: Bodies, chains: Sequence[Chain]) -> list[Wrench]:
-    """Rows of J_G^-1 in the order of Q."""
-    rows = [[chain.reciprocal[k] for k in chain.drives] for chain in chains]
-    return [chains[c].outwards(rows[c][k]) for c, k in bodies.ranks]
+class Drives(NamedTuple):
+    """What the actuators do in a motion, in the order of Q; components (n,)."""
+
+    force: list[Scalar]
+    """tau_Q (N, N m): NaN or beyond all bounds where the actuators cannot bring the motion about (Type 2)."""
+    speed: list[Scalar]
+    """Qdot (m/s, rad/s)."""
+    acceleration: list[Scalar]
+    """Qddot (m/s^2, rad/s^2)."""
 
 
-def inverse_dynamics(
-    bodies: Bodies, state: State, acceleration: Twist, stand: Sequence[Posture], around: Surroundings
-) -> list[Scalar]:
-    """tau_Q: the forces (N, N m) that the actuators must give for a motion, in the order of Q; NaN or huge where they cannot.
+def inverse_dynamics(bodies: Bodies, state: State, acceleration: Twist, stand: Stand, around: Surroundings) -> Drives:
+    """What the actuators must give for a motion: Eq (17) by the recursion of Newton and Euler, then Eq (32).
 
     Args:
         bodies: the machine.
-        state: pose and twist.
+        state: poses and twists.
         acceleration: Vdot (m/s^2, rad/s^2).
-        stand: how every chain stands.
+        stand: how the chains stand.
         around: what else acts.
+
+    Returns:
+        NaN where a chain does not reach.
     """
-    length = bodies.length
-    chains = chains_at(bodies, state.pose, stand)
-    wrench = needed_wrench(bodies, state, acceleration, chains, around)
-    columns = list(zip(*_scaled(drive_rows(bodies, chains), length), strict=True))
-    right = [[c] for c in wrench.force] + [[c / length] for c in wrench.moment]
-    return [row[0] for row in solve(columns, right)]
-
-
-def forward_dynamics(task: TaskSpace, forces: Sequence[Scalar], load: Wrench) -> Twist:
-    """Vdot under actuator forces (N, N m) in the order of Q and a load on the platform: Eq (17) solved for it."""
-    right = load.plus(task.coriolis, -1).plus(task.gravity, -1).plus(task.friction, -1)
-    for row, force in zip(task.jacobian, forces, strict=True):
-        right = right.plus(row, force)
-    flat = [*right.force, *right.moment]
-    undone = task.inertia.inverse()
-    found = [dot([undone[i, j] for j in range(6)], flat) for i in range(6)]
-    return Twist(Vec(*found[:3]), Vec(*found[3:]))
-
-
-def energy(bodies: Bodies, state: State, stand: Sequence[Posture], gravity: Vec) -> tuple[Scalar, Scalar]:
-    """Kinetic energy, that of motors and gears included, and potential energy (J; zero with all masses at the origin of {O})."""
     pose, twist = state
-    platform = platform_at(bodies, pose).mass
+    needed = Platform.at(bodies, pose).force(twist, acceleration, around.gravity).plus(around.load, -1)
+    rows: dict[tuple[int, int], Wrench] = {}
+    rises: dict[tuple[int, int], Scalar] = {}
+    for group, chain in zip(bodies.alike(), chains_at(bodies, pose, stand), strict=True):
+        motion = chain_motion(chain, twist, acceleration)
+        shape = (len(group.places), *jnp.shape(pose.origin.x))
+        needed = needed.plus(_summed(chain.outwards(chain_needs(chain, motion, around)), shape))
+        for rank, k in enumerate(chain.drives):
+            row, rise = chain.outwards(chain.reciprocal[k]), jnp.broadcast_to(motion.accelerations[k], shape)
+            for own, place in enumerate(group.places):
+                rows[place, rank], rises[place, rank] = _picked(row, own, shape), rise[own]
+    ordered = [rows[rank] for rank in bodies.ranks]
+    columns = [[*row.force, *(c / bodies.length for c in row.moment)] for row in ordered]
+    right = [[c] for c in needed.force] + [[c / bodies.length] for c in needed.moment]
+    forces = [row[0] for row in solve(list(zip(*columns, strict=True)), right)]
+    return Drives(forces, [row @ twist for row in ordered], [rises[rank] for rank in bodies.ranks])
+
+
+def chain_needs(chain: Chain, motion: ChainMotion, around: Surroundings) -> Wrench:
+    """The wrench on the platform, at P in the chain's axes, which would move a chain in place of its drives."""
+    forces, _ = inertia_forces(chain, motion.rates, motion.accelerations, chain.inwards(around.gravity))
+    lost = resistance(chain, motion, around.creep)
+    needed = Wrench(ZERO, lost.in_ball)
+    for row, force, drag, joint, rise in zip(
+        chain.reciprocal, forces, lost.along(chain.screws), chain.joints, motion.accelerations, strict=True
+    ):
+        needed = needed.plus(row, add(add(force, drag), mul(reflected(joint), rise)))
+    return needed
+
+
+def forward_dynamics(task: TaskSpace, forces: Array, load: Wrench) -> Array:
+    """Vdot (n, 6) under actuator forces (n, 6) in the order of Q and a load on the platform: Eq (17) solved for it."""
+    given = jnp.einsum("nia,ni->na", task.jacobian, forces) + _array(load, task.coriolis.shape[:1])
+    right = given - task.coriolis - task.gravity - task.friction
+    return eliminated(task.inertia, right[..., None])[0][..., 0]
+
+
+def energy(bodies: Bodies, state: State, stand: Stand, gravity: Vec) -> tuple[Scalar, Scalar]:
+    """Kinetic energy, of motors and gears too, and potential energy (J; zero with all masses at the origin of {O})."""
+    pose, twist = state
+    platform = Platform.at(bodies, pose).mass
     kinetic = mul(platform.momentum(twist) @ twist, 0.5)
-    height = gravity @ (platform.moment + pose.origin * platform.mass)
-    for chain in chains_at(bodies, pose, stand):
-        rates = chain_motion(chain, twist, Twist(ZERO, ZERO)).rates
-        own = chain_inertia(chain)
-        for i, rate in enumerate(rates):
-            kinetic = add(kinetic, mul(0.5, mul(rate, dot([own[i, j] for j in range(len(rates))], rates))))
-        end = pose.origin + chain.arm
-        fall = chain.inwards(gravity)
+    fallen = gravity @ (platform.moment + pose.origin * platform.mass)
+    for group, chain in zip(bodies.alike(), chains_at(bodies, pose, stand), strict=True):
+        rates, matrix = chain_motion(chain, twist, REST).rates, chain_inertia(chain)
+        own = mul(0.5, dot([dot([matrix[i, j] for j in range(len(rates))], rates) for i in range(len(rates))], rates))
+        end, fall, lower = pose.origin + chain.arm, chain.inwards(gravity), 0
         for member in chain.inner:
-            height = add(height, add(fall @ member.mass.moment, mul(gravity @ end, member.mass.mass)))
-    return kinetic, -height
+            lower = add(lower, add(fall @ member.mass.moment, mul(gravity @ end, member.mass.mass)))
+        inner = (len(group.places), *jnp.shape(pose.origin.x))
+        kinetic, fallen = (
+            total + jnp.sum(jnp.broadcast_to(part, inner), axis=0) for total, part in ((kinetic, own), (fallen, lower))
+        )
+    return kinetic, -fallen
 
 
-def _platform_inertia(platform: Platform) -> Symmetric:
-    matrix = Symmetric(6)
-    units = [Twist(axis, ZERO) for axis in IDENTITY[1:]] + [Twist(ZERO, axis) for axis in IDENTITY[1:]]
-    for j, unit in enumerate(units):
-        momentum = platform.mass.momentum(unit)
-        column = [*momentum.force, *momentum.moment]
-        for i in range(j + 1):
-            matrix[i, j] = column[i]
-    return matrix
+def _array1(components: Sequence[Scalar], shape: tuple[int, ...]) -> Array:
+    """(*shape, k)."""
+    return jnp.stack([jnp.broadcast_to(jnp.asarray(c, dtype=float), shape) for c in components], axis=-1)
 
 
-def _add_product(matrix: Symmetric, factor: Scalar, a: Wrench, b: Wrench) -> None:
-    left, right = [*a.force, *a.moment], [*b.force, *b.moment]
-    for i in range(6):
-        for j in range(i, 6):
-            matrix[i, j] = add(matrix[i, j], mul(factor, mul(left[i], right[j])))
+def _array2(rows: Sequence[Sequence[Scalar]], shape: tuple[int, ...]) -> Array:
+    """(*shape, k, k)."""
+    return jnp.stack([_array1(row, shape) for row in rows], axis=-2)
 
 
-def _sum(wrench: Wrench, forces: Sequence[Scalar], rows: Sequence[Wrench]) -> Wrench:
-    """A wrench and Z^T forces."""
-    for force, row in zip(forces, rows, strict=True):
-        wrench = wrench.plus(row, force)
-    return wrench
+def _array(wrench: Wrench, shape: tuple[int, ...]) -> Array:
+    """(*shape, 6)."""
+    return _array1([*wrench.force, *wrench.moment], shape)
 
 
-def _scaled(rows: Sequence[Wrench], length: Scalar) -> list[list[Scalar]]:
-    return [[*row.force, *(c / length for c in row.moment)] for row in rows]
+def _summed(wrench: Wrench, shape: tuple[int, ...]) -> Wrench:
+    """The sum over chains."""
+    return _each(wrench, lambda c: jnp.sum(jnp.broadcast_to(c, shape), axis=0))
+
+
+def _picked(wrench: Wrench, own: int, shape: tuple[int, ...]) -> Wrench:
+    """That of one chain."""
+    return _each(wrench, lambda c: jnp.broadcast_to(c, shape)[own])
+
+
+def _each(wrench: Wrench, change: Callable[[Array], Array]) -> Wrench:
+    return Wrench(*(Vec(*(c if is_zero(c) else change(c) for c in v)) for v in wrench))

@@ -22,7 +22,6 @@ from collections.abc import Sequence
 from itertools import combinations_with_replacement
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -31,6 +30,7 @@ from trivet.kinematics.walk import Posture, walk
 from trivet.model import Leg
 from trivet.model.elements import Flexibility, Joint, Stock
 from trivet.model.elements.beam import beam_axes
+from trivet.space.elimination import eliminated, product
 from trivet.space.frame import Angle, Frame, about_z
 from trivet.space.scalar import Scalar, add, is_zero
 from trivet.space.screw import Twist, Wrench
@@ -141,8 +141,8 @@ def leg_dynamics(leg: Leg, pose: Frame, posture: Posture, stock: Stock, excitati
     scale = jnp.abs(matrix[:1]).max(axis=-1, keepdims=True)  # of the rows, the same at all frequencies
     solved, denominator = eliminated(matrix / scale, jnp.eye(size, len(wrenches)) / scale)
     along = jnp.stack([_combined(w, flat[..., 6:, :]) for w in basis], axis=-2)
-    given = _product(_inverse_products(wrenches), along)
-    return LegDynamics(wrenches, _product(given, solved), denominator)
+    given = product(_inverse_products(wrenches), along)
+    return LegDynamics(wrenches, product(given, solved), denominator)
 
 
 def leg_parts(leg: Leg, pose: Frame, posture: Posture, stock: Stock) -> list[Part]:
@@ -298,58 +298,3 @@ def _loaded(front: _Front, lump: Lump, square: Array) -> _Front:
     square = square[..., None, None]
     loaded = [velocity, angular, force - square * wanted, moment - square * turning]
     return front._replace(states=jnp.stack(loaded, axis=-3))
-
-
-@jax.custom_jvp
-def eliminated(matrix: Array, right: Array) -> tuple[Array, Array]:
-    """Solutions (n, s, m) of n sets of s equations, and their determinants (n,), up to one factor for all; NaN without any.
-
-    Elimination after Gauss and Jordan with the greatest pivot of each column: LAPACK, called for many small matrices at a time
-    from several places of one compiled kernel, now and then never returns (jaxlib 0.10).
-
-    Args:
-        matrix: (n, s, s).
-        right: (n or 1, s, m) right hand sides.
-    """
-    size = matrix.shape[-1]
-    whole = jnp.concatenate(
-        [matrix, jnp.broadcast_to(right, (*matrix.shape[:-1], right.shape[-1])).astype(matrix.dtype)], axis=-1
-    )
-    rows = jnp.arange(size)
-
-    def column(k: Array, carry: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
-        whole, logarithm, phase = carry
-        own = jax.lax.dynamic_index_in_dim(whole, k, axis=-1, keepdims=False)
-        chosen = jnp.argmax(jnp.where(rows < k, -1.0, jnp.abs(own)), axis=-1)
-        is_chosen, is_k = rows == chosen[..., None], rows == k
-        pivot_row = jnp.where(is_chosen[..., None], whole, 0).sum(axis=-2)
-        displaced = jax.lax.dynamic_index_in_dim(whole, k, axis=-2, keepdims=False)
-        pivot = jax.lax.dynamic_index_in_dim(pivot_row, k, axis=-1, keepdims=False)
-        scaled = pivot_row / pivot[..., None]
-        swapped = jnp.where(is_chosen[..., None], displaced[..., None, :], whole)
-        factors = jax.lax.dynamic_index_in_dim(swapped, k, axis=-1, keepdims=False)
-        left = jnp.where(is_k[:, None], scaled[..., None, :], swapped - factors[..., None] * scaled[..., None, :])
-        length = jnp.abs(pivot)
-        sign = jnp.where(chosen == k, 1.0, -1.0)
-        return left, logarithm + jnp.log(length), phase * (sign * pivot / length)
-
-    first = jnp.zeros(matrix.shape[:-2]), jnp.ones(matrix.shape[:-2], dtype=matrix.dtype)
-    whole, logarithm, phase = jax.lax.fori_loop(0, size, column, (whole, *first))
-    return whole[..., size:], phase * jnp.exp(logarithm - logarithm.max())
-
-
-@eliminated.defjvp
-def _eliminated_slope(
-    primals: tuple[Array, Array], tangents: tuple[Array, Array]
-) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """d(A^-1 B) = A^-1 (dB - dA A^-1 B), d det A = det A tr(A^-1 dA): the steps of the elimination need no derivatives."""
-    (matrix, right), (matrix_slope, right_slope) = primals, tangents
-    inverse, determinant = eliminated(matrix, jnp.eye(matrix.shape[-1]))
-    solved = _product(inverse, right)
-    slope = _product(inverse, right_slope - _product(matrix_slope, solved))
-    return (solved, determinant), (slope, determinant * (inverse * jnp.swapaxes(matrix_slope, -1, -2)).sum(axis=(-2, -1)))
-
-
-def _product(first: Array, second: Array) -> Array:
-    """Products of small matrices, in one loop."""
-    return (first[..., None] * second[..., None, :, :]).sum(axis=-2)
