@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import jax
@@ -12,7 +13,7 @@ from trivet.kinematics.inverse import inverse
 from trivet.kinematics.jacobian import is_driven
 from trivet.kinematics.walk import Posture
 from trivet.model import Leg, Machine
-from trivet.model.elements import Stock
+from trivet.model.elements import Prismatic, Stock
 from trivet.model.machine import Platform
 from trivet.model.mass import RigidMass, platform_mass
 from trivet.space.frame import Frame
@@ -65,6 +66,10 @@ class Bodies(NamedTuple):
             found.setdefault(jax.tree.structure(leg), []).append(place)
         return [Alike(tuple(places), _stacked([self.legs[k] for k in places])) for places in found.values()]
 
+    def grouped(self, stand: Sequence[Posture]) -> list[Posture]:
+        """Postures of the chains one by one, at one pose, as those of chains that are made alike: components (chains, 1)."""
+        return [_stacked([stand[k] for k in group.places]) for group in self.alike()]
+
 
 class Alike(NamedTuple):
     """Chains that are made alike."""
@@ -80,6 +85,16 @@ class Alike(NamedTuple):
         return inverse(self.leg, pose, (side, elbow))
 
 
-def _stacked(legs: list[Leg]) -> Leg:
-    stacked: Leg = jax.tree.map(lambda *values: jnp.stack([jnp.asarray(v, dtype=float) for v in values])[:, None], *legs)
-    return stacked
+def _stacked(alike: Sequence[Any]) -> Any:
+    return jax.tree.map(lambda *values: jnp.stack([jnp.asarray(v, dtype=float) for v in values])[:, None], *alike)
+
+
+def require_masses(machine: Machine) -> None:
+    """Raise InputError, naming the slide, where the mass of a rod is unknown, as long as its travel is."""
+    for leg in machine.legs:
+        for element in leg.chain.elements:
+            if isinstance(element, Prismatic) and element.beam is not None and element.travel is None:
+                raise InputError(
+                    f"chains.{leg.name}.elements.{element.name}.travel: missing, and the rod is as long as that asks for; "
+                    "give a travel, or the lumped mass in place of the beam"
+                )

@@ -32,7 +32,7 @@ def joint_wrenches(
         carriage on a circle those of the carriage).
     """
     found: dict[int, Array] = {}
-    given = {rank: force for rank, force in zip(bodies.ranks, forces, strict=True)}
+    given = dict(zip(bodies.ranks, forces, strict=True))
     for group, chain in zip(bodies.alike(), chains_at(bodies, state.pose, stand), strict=True):
         shape = (len(group.places), *jnp.shape(state.pose.origin.x))
         motion = chain_motion(chain, state.twist, acceleration)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator
 from functools import partial
 from typing import Any
 
@@ -13,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from trivet.model import Machine, Mechanism
+from trivet.space.batches import in_threads
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
 from trivet.statics.compliance import leg_stiffnesses, total
@@ -94,16 +93,3 @@ def stiffness(machine: Machine, poses: Frame, signs: Any) -> tuple[Any, Any]:
             matrix[keep, i, j] = matrix[keep, j, i] = np.asarray(entry).ravel()[:taken]
         reached[keep] = np.asarray(inside).ravel()[:taken]
     return matrix, reached
-
-
-def in_threads(work: Callable[[Any], Any], items: Iterator[Any]) -> Iterator[Any]:
-    """Results of `work` in order, one item per core under way; the items are drawn only as they are needed."""
-    cores = os.cpu_count() or 1
-    with ThreadPoolExecutor(cores) as pool:
-        waiting = []
-        for item in items:
-            waiting.append(pool.submit(work, item))
-            if len(waiting) > cores:
-                yield waiting.pop(0).result()
-        for future in waiting:
-            yield future.result()
