@@ -235,6 +235,14 @@ def chain_needs(chain: Chain, motion: ChainMotion, around: Surroundings) -> Wren
     return needed
 
 
+def forces_of(task: TaskSpace, acceleration: Array, load: Wrench, length: Scalar) -> Array:
+    """tau_Q (n, 6) for accelerations Vdot (n, 6), from Eqs (17) and (32); slower than `inverse_dynamics`."""
+    wrench = jnp.einsum("nab,nb->na", task.inertia, acceleration) - _array(load, acceleration.shape[:1])
+    scale = jnp.concatenate([jnp.ones(3), jnp.full(3, length)])
+    needed = (wrench + task.coriolis + task.gravity + task.friction) / scale
+    return eliminated(jnp.swapaxes(task.jacobian / scale, -1, -2), needed[..., None])[0][..., 0]
+
+
 def forward_dynamics(task: TaskSpace, forces: Array, load: Wrench) -> Array:
     """Vdot (n, 6) under actuator forces (n, 6) in the order of Q and a load on the platform: Eq (17) solved for it."""
     given = jnp.einsum("nia,ni->na", task.jacobian, forces) + _array(load, task.coriolis.shape[:1])
