@@ -49,9 +49,7 @@ def force_slopes(case: Case, state: eq.State, acceleration: Twist, load: Wrench 
     twist, rise = (np.array([*t.linear, *t.angular], dtype=float) for t in (state.twist, acceleration))
     numbers, structure = jax.tree.flatten(case.machine)
     given = np.concatenate([np.array(numbers, dtype=float), np.zeros(6), twist, rise])
-    held = jax.tree.map(
-        lambda c: jnp.asarray(c, dtype=float).reshape(1), (state.pose, load, tuple(case.gravity), case.creep)
-    )
+    held = jax.tree.map(lambda c: jnp.asarray(c, dtype=float).reshape(1), (state.pose, load, tuple(case.gravity), case.creep))
     # One compiled directional derivative, called per direction: all at once, and backwards too, take minutes to compile.
     columns = np.stack([_slope(structure, given, unit, held, jnp.asarray(case.signs)) for unit in np.eye(len(given))], axis=1)
     parts = np.split(columns, np.cumsum([len(numbers), 6, 6]), axis=1)

@@ -1,0 +1,209 @@
+"""Integration of the equations of motion in time, by diffrax (P. Kidger, On Neural Differential Equations, 2021).
+
+The unknowns are the platform's pose (centre and quaternion) and its twist.  All joints follow from the pose in closed form, so
+the loops are closed to rounding at every instant, however long the run; the quaternion is normalised wherever it is used.  Two
+more unknowns are the work that friction takes and that which constant forces put in, so that energy can be balanced.
+
+The integrator is Dormand and Prince's of order 8, with steps of bounded length: a tenth of a radian of the fastest vibration on
+the drives' springs, where steps of constant length lose hardly any energy, and shorter ones where the tolerance asks for it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from trivet.dynamics import equations as eq
+from trivet.dynamics.bodies import Bodies
+from trivet.kinematics.jacobian import is_driven
+from trivet.model.elements import Element, Prismatic
+from trivet.space.elimination import Array
+from trivet.space.frame import Frame
+from trivet.space.scalar import Scalar
+from trivet.space.screw import Twist, Wrench
+from trivet.space.vector import Vec
+
+
+class Acting(NamedTuple):
+    """What acts on a machine in a simulation."""
+
+    gravity: Array
+    """(3,) acceleration of free fall in {O}, m/s^2."""
+    force: Array
+    """(3,) on the platform, in {O}, N."""
+    moment: Array
+    """(3,) on the platform, in {O}, N m."""
+    point: Array
+    """(3,) where the force acts, in {E}, m."""
+    drive_force: Array
+    """(6,) constant forces of the actuators in the order of Q, N or N m."""
+    rate: Array
+    """(6,) stiffness of the actuators' springs, N/m or N m/rad; zero for none."""
+    rest: Array
+    """(6,) coordinates at which the springs are slack, m or rad."""
+    creep: Array
+    """Speed (m/s, rad/s) around which Coulomb friction passes through zero."""
+
+
+class Steps(NamedTuple):
+    """How steps are chosen."""
+
+    longest: Array
+    """s."""
+    tolerance: Array
+    """Relative error per step."""
+
+
+class Run(NamedTuple):
+    """Unknowns at some times."""
+
+    unknowns: Array
+    """(n, 15): centre, quaternion (scalar first), V, work of friction, work of constant forces; infinite where it got stuck."""
+    steps: Array
+    """How many were taken."""
+
+
+COUNT = 15
+
+
+def start(position: Array, quaternion: Array, twist: Array) -> Array:
+    """(15,) unknowns at the beginning."""
+    return jnp.concatenate([position, quaternion, twist, jnp.zeros(2)])
+
+
+@jax.jit
+def advance(bodies: Bodies, signs: Array, acting: Acting, steps: Steps, unknowns: Array, times: Array) -> Run:
+    """The unknowns at times (n,), the first of which is that of the given ones."""
+    import diffrax
+
+    found = diffrax.diffeqsolve(
+        diffrax.ODETerm(_slope),
+        diffrax.Dopri8(),
+        times[0],
+        times[-1],
+        jnp.minimum(steps.longest, times[-1] - times[0]),
+        unknowns,
+        args=(bodies, signs, acting),
+        saveat=diffrax.SaveAt(ts=times),
+        stepsize_controller=diffrax.PIDController(
+            rtol=steps.tolerance,
+            atol=steps.tolerance * 1e-3,
+            dtmax=steps.longest,
+            dtmin=1e-9 * steps.longest,
+            force_dtmin=False,
+        ),
+        max_steps=None,
+        throw=False,
+    )
+    return Run(found.ys, found.stats["num_steps"])
+
+
+def state_of(unknowns: Array) -> eq.State:
+    """Pose and twist from unknowns (n, 15), components (n,)."""
+    p, q, v = unknowns[:, :3].T, unknowns[:, 3:7].T, unknowns[:, 7:13].T
+    w, x, y, z = q / jnp.sqrt(jnp.sum(q * q, axis=0))
+    axes = (
+        Vec(1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)),
+        Vec(2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)),
+        Vec(2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)),
+    )
+    return eq.State(Frame(Vec(*p), *axes), Twist(Vec(*v[:3]), Vec(*v[3:])))
+
+
+def drive_coordinates(bodies: Bodies, stand: eq.Stand) -> Array:
+    """(n, 6) of the actuators in the order of Q; angles in (-pi, pi]."""
+    found: dict[tuple[int, int], Scalar] = {}
+    for group, posture in zip(bodies.alike(), stand, strict=True):
+        own = [(e, c) for e, c in zip(group.leg.chain.elements, posture.coordinates, strict=True) if is_driven(e)]
+        for rank, (element, coordinate) in enumerate(own):
+            plain = coordinate if isinstance(element, Prismatic) else jnp.arctan2(coordinate.sin, coordinate.cos)
+            for k, place in enumerate(group.places):
+                found[place, rank] = plain[k]
+    return jnp.stack([found[rank] for rank in bodies.ranks], axis=-1)
+
+
+def is_angle(joint: Element) -> bool:
+    """Whether a drive's coordinate is an angle."""
+    return not isinstance(joint, Prismatic)
+
+
+def stretch(bodies: Bodies, stand: eq.Stand, acting: Acting) -> Array:
+    """(n, 6): how far the actuators are from where their springs are slack; angles the short way round."""
+    apart = drive_coordinates(bodies, stand) - acting.rest
+    joints = [[e for e in leg.chain.elements if is_driven(e)] for leg in bodies.legs]
+    angular = jnp.array([is_angle(joints[place][rank]) for place, rank in bodies.ranks])
+    return jnp.where(angular, jnp.arctan2(jnp.sin(apart), jnp.cos(apart)), apart)
+
+
+def drive_forces(bodies: Bodies, stand: eq.Stand, acting: Acting) -> Array:
+    """(n, 6): what the actuators give."""
+    return acting.drive_force - acting.rate * stretch(bodies, stand, acting)
+
+
+def load_at(acting: Acting, pose: Frame) -> Wrench:
+    """The load on the platform, at its centre in {O}."""
+    force = Vec(*acting.force)
+    return Wrench(force, Vec(*acting.moment) + pose.direction(tuple(acting.point)).cross(force))
+
+
+def _slope(_: Scalar, unknowns: Array, given: tuple[Bodies, Array, Acting]) -> Array:
+    return _rates(*given, unknowns)
+
+
+def _rates(bodies: Bodies, signs: Array, acting: Acting, unknowns: Array) -> Array:
+    state = state_of(unknowns[None])
+    stand = [group.stand(state.pose, signs) for group in bodies.alike()]
+    load = load_at(acting, state.pose)
+    task = eq.task_space(bodies, state, stand, eq.Surroundings(Vec(*acting.gravity), load, acting.creep))
+    rise = eq.forward_dynamics(task, drive_forces(bodies, stand, acting), load)[0]
+    w, x, y, z = unknowns[3:7]
+    p, q, r = unknowns[10:13]
+    spin = 0.5 * jnp.stack([-p * x - q * y - r * z, p * w + q * z - r * y, q * w + r * x - p * z, r * w + p * y - q * x])
+    twist = unknowns[7:13]
+    lost = task.friction[0] @ twist
+    put_in = acting.drive_force @ (task.jacobian[0] @ twist) + (load.force @ state.twist.linear)[0]
+    put_in = put_in + (load.moment @ state.twist.angular)[0]
+    return jnp.concatenate([twist[:3], spin, rise, lost[None], put_in[None]])
+
+
+class Balance(NamedTuple):
+    """Energies (n,), J."""
+
+    kinetic: Array
+    potential: Array
+    """Of the weight; zero with all masses at the origin of {O}."""
+    springs: Array
+    """Of the actuators' springs."""
+    dissipated: Array
+    """What friction took since the beginning."""
+    put_in: Array
+    """What constant forces of actuators and load put in since the beginning."""
+
+    @property
+    def total(self) -> Array:
+        """What must not change."""
+        return self.kinetic + self.potential + self.springs + self.dissipated - self.put_in
+
+
+class Recorded(NamedTuple):
+    """What is looked at of a run, at n times."""
+
+    state: eq.State
+    coordinates: Array
+    """(n, 6) of the actuators; angles in (-pi, pi]."""
+    forces: Array
+    """(n, 6) of the actuators, N or N m."""
+    balance: Balance
+
+
+@jax.jit
+def recorded(bodies: Bodies, signs: Array, acting: Acting, unknowns: Array) -> Recorded:
+    """What a run looks like, from its unknowns (n, 15)."""
+    state = state_of(unknowns)
+    stand = [group.stand(state.pose, signs) for group in bodies.alike()]
+    kinetic, potential = eq.energy(bodies, state, stand, Vec(*acting.gravity))
+    springs = 0.5 * jnp.sum(acting.rate * stretch(bodies, stand, acting) ** 2, axis=-1)
+    balance = Balance(kinetic, potential, springs, unknowns[:, 13], unknowns[:, 14])
+    return Recorded(state, drive_coordinates(bodies, stand), drive_forces(bodies, stand, acting), balance)

@@ -1,0 +1,325 @@
+"""A machine let go: how it moves under its weight, a load, and drives that give way as springs or push with constant forces."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+from trivet.dynamics.batch import Case, drive_motion, equations
+from trivet.dynamics.bodies import Bodies
+from trivet.dynamics.equations import State
+from trivet.dynamics.integration import Acting, Balance, Steps, advance, recorded, start
+from trivet.errors import InputError, NoResultError, nearest
+from trivet.kinematics.approach import chain_gap
+from trivet.kinematics.jacobian import actuators
+from trivet.kinematics.mode import closed_form_signs
+from trivet.kinematics.report import joint_states, shortfall, travel_excess
+from trivet.model import Machine
+from trivet.model.elements import Prismatic
+from trivet.space.batches import in_batches
+from trivet.space.frame import Frame
+from trivet.space.screw import Twist
+from trivet.space.vector import ZERO, Vec
+from trivet.study.dynamics import Loading, require_inertia, three
+from trivet.study.machines import MachineLike, choose
+from trivet.study.pose import PoseReport, pose
+
+Array = NDArray[Any]
+Law = Literal["springs", "hold", "free"]
+LAWS = ("springs", "hold", "free")
+
+PIECE = 50
+"""Samples per call of the integrator; between calls progress is told and limits are looked at."""
+MOST_SAMPLES = 200_000
+
+STEP = 0.1
+"""Longest step, in radians of the fastest vibration."""
+LONGEST_STEP = 1.0
+"""Step above which the fastest vibration would be drawn wrong, in radians of it."""
+TOLERANCE = 1e-10
+"""Relative error per step."""
+CREEP = 1e-4
+"""Speed (m/s, rad/s) around which Coulomb friction passes through zero."""
+CHECKS = 20
+"""Times at which the loops are closed once more, joint by joint."""
+
+_NONE = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """A run; all in SI and {O}, actuators in the order of Q, arrays over n times."""
+
+    at: PoseReport
+    """How it began."""
+    law: Law
+    loading: Loading
+    time: Array
+    """(n,), s."""
+    state: State
+    """Poses and twists of the platform, components (n,)."""
+    coordinates: Array
+    """(n, 6) of the drives, m and rad; angles without jumps."""
+    forces: Array
+    """(n, 6) of the drives, N or N m."""
+    balance: Balance
+    """Energies (n,), J."""
+    frequencies: Array
+    """(6,) natural frequencies on the drives' springs at the beginning, Hz; zero where nothing holds."""
+    steps: int
+    """How many steps the integrator took."""
+    longest_step: float
+    """s."""
+    ended: str | None
+    """Why it ended before its time, or None."""
+
+    @property
+    def machine(self) -> Machine:
+        """The machine."""
+        return self.at.machine
+
+    @property
+    def mode(self) -> str:
+        """Its working mode."""
+        return self.at.mode
+
+    @property
+    def actuators(self) -> list[str]:
+        """Names of the actuated joints."""
+        return self.at.actuators
+
+    @cached_property
+    def drift(self) -> Array:
+        """(n,): how far the energy balance is off, relative to the greatest energy that moved."""
+        total = self.balance.total
+        moved = max(
+            float(np.max(self.balance.kinetic)), float(np.ptp(self.balance.potential)), float(np.ptp(self.balance.springs))
+        )
+        off: Array = (total - total[0]) / (moved or 1.0)
+        return off
+
+    @cached_property
+    def gap(self) -> float:
+        """Greatest gap (m) of a chain walked joint by joint to its platform joint, at times over the run."""
+        worst = 0.0
+        signs = closed_form_signs(self.machine, self.mode)
+        for k in np.unique(np.linspace(0, len(self.time) - 1, CHECKS).astype(int)):
+            frame = Frame(*(Vec(*(float(c[k]) for c in v)) for v in self.state.pose))
+            worst = max(worst, chain_gap(self.machine, frame, self.coordinates[k], signs))
+        return worst
+
+
+def simulate(
+    machine: MachineLike,
+    duration: float,
+    position: Sequence[float] | None = None,
+    azimuth: float | None = None,
+    tilt: float | None = None,
+    roll: float | None = None,
+    *,
+    velocity: Sequence[float] = _NONE,
+    angular_velocity: Sequence[float] = _NONE,
+    law: Law = "springs",
+    forces: Mapping[str, float] | None = None,
+    loading: Loading | None = None,
+    mode: str | None = None,
+    samples: int = 1000,
+    step: float | None = None,
+    anyway: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> Simulation:
+    """How a machine moves from a pose and a velocity on.
+
+    Args:
+        machine: machine, name or file.
+        duration: s.
+        position, azimuth, tilt, roll: the pose from which it starts, as for `pose`.
+        velocity, angular_velocity: of the platform at the start, at its centre in {O} (m/s, rad/s).
+        law: what the drives do: "springs" of their stiffness about where they start, on top of what holds the machine there;
+            "hold", those forces alone; "free", nothing.
+        forces: constant forces of drives (N, N m) besides, by name.
+        loading: weight and load; the weight of a machine that stands upright when not given.
+        mode: working mode; the machine's own when not given.
+        samples: times at which it is recorded.
+        step: longest step of the integrator (s); STEP of the fastest vibration when not given.
+        anyway: go on where a joint is outside its travel.
+        progress: called with how many samples of how many are done.
+
+    Returns:
+        The run; where a joint reached the end of its travel or a chain was stretched it ends there, and `ended` says so.
+
+    Raises:
+        InputError: for a machine with a chain without closed form, or other than six drives; for a drive without stiffness that
+            should be a spring; for a step too large for the fastest vibration.
+        NoResultError: when the machine does not reach the pose from which it should start, or cannot be held there.
+    """
+    chosen = choose(machine)
+    if not (duration > 0 and math.isfinite(duration)):
+        raise InputError(f"duration: {duration:g} s; must be greater than zero")
+    if not 2 <= samples <= MOST_SAMPLES:
+        raise InputError(f"samples: {samples}; between 2 and {MOST_SAMPLES}")
+    signs = closed_form_signs(chosen, mode)
+    at = pose(chosen, position, azimuth, tilt, roll, mode=mode, strict=not anyway)
+    require_inertia(at)
+    twist = Twist(Vec(*three("velocity", velocity)), Vec(*three("angular velocity", angular_velocity)))
+    found = Loading() if loading is None else loading
+    acting = _acting(at, law, found, forces or {})
+    fastest = _frequencies(at, acting)
+    steps = _steps(duration, step, float(fastest.max()))
+    run = _Run(at, signs, acting, steps, anyway)
+    begun = np.asarray(start(*(jnp.asarray(a, dtype=float) for a in _beginning(at.frame, twist))))
+    times, unknowns, ended = run.through(begun, np.linspace(0.0, duration, samples), progress)
+    seen = jax.tree.map(np.asarray, recorded(run.bodies, run.signs, acting, unknowns))
+    coordinates = np.array(seen.coordinates)
+    for k, (_, joint) in enumerate(actuators(chosen)):
+        if not isinstance(joint, Prismatic):
+            coordinates[:, k] = np.unwrap(coordinates[:, k])
+    return Simulation(
+        at, law, found, times, seen.state, coordinates, seen.forces, seen.balance, fastest / (2 * math.pi),
+        run.taken, float(steps.longest), ended,
+    )  # fmt: skip
+
+
+class _Run:
+    """A run in pieces."""
+
+    def __init__(self, at: PoseReport, signs: Any, acting: Acting, steps: Steps, anyway: bool) -> None:
+        self.machine, self.anyway = at.machine, anyway
+        self.bodies = jax.tree.map(jnp.asarray, Bodies.of(at.machine))
+        self.signs, self.acting, self.steps = jnp.asarray(signs), acting, steps
+        self.taken = 0
+
+    def through(
+        self, unknowns: Array, times: Array, progress: Callable[[int, int], None] | None
+    ) -> tuple[Array, Array, str | None]:
+        """Times and unknowns, up to the end or to where the machine can go no further, and why it could not."""
+        done_times, done = [times[:1]], [unknowns[None]]
+        for first in range(0, len(times) - 1, PIECE):
+            # Always as many times, so that one kernel does: the last piece is cut finer.
+            whole = times[first : first + PIECE + 1]
+            wanted = whole if len(whole) == PIECE + 1 else np.linspace(whole[0], whole[-1], PIECE + 1)
+            found = self._piece(unknowns, wanted)
+            failed = self._fails(found)
+            if np.any(failed[1:]):
+                time, last, reason = self._narrowed(wanted, found, failed)
+                before = wanted < time
+                done_times += [wanted[before][1:], np.array([time])]
+                done += [found[before][1:], last[None]]
+                return np.concatenate(done_times), np.concatenate(done), reason
+            own = found if wanted is whole else self._piece_at(unknowns, whole)
+            done_times.append(whole[1:])
+            done.append(own[1:])
+            unknowns = own[-1]
+            if progress is not None:
+                progress(min(first + PIECE, len(times) - 1) + 1, len(times))
+        return np.concatenate(done_times), np.concatenate(done), None
+
+    def _piece(self, unknowns: Array, times: Array) -> Array:
+        run = advance(self.bodies, self.signs, self.acting, self.steps, jnp.asarray(unknowns), jnp.asarray(times))
+        self.taken += int(run.steps)
+        return np.asarray(run.unknowns)
+
+    def _piece_at(self, unknowns: Array, times: Array) -> Array:
+        """The unknowns at fewer times than a piece has."""
+        filled = np.concatenate([times, np.full(PIECE + 1 - len(times), times[-1])])
+        return self._piece(unknowns, filled)[: len(times)]
+
+    def _states(self, unknowns: Array) -> Any:
+        pose = jax.tree.map(np.asarray, recorded(self.bodies, self.signs, self.acting, unknowns)).state.pose
+        return in_batches(lambda frames: joint_states(self.machine, frames, self.signs), pose)
+
+    def _fails(self, unknowns: Array) -> Array:
+        """Where it got stuck, does not reach, or is outside its travel."""
+        sound = np.all(np.isfinite(unknowns), axis=1)
+        states = self._states(np.where(sound[:, None], unknowns, unknowns[0]))
+        outside = np.any(travel_excess(states) > 0, axis=1) & (not self.anyway)
+        failed: Array = ~sound | outside | ~np.all(states.reach >= 0, axis=1)
+        return failed
+
+    def _narrowed(self, times: Array, found: Array, failed: Array) -> tuple[float, Array, str]:
+        """The last time at which all was well, to a millionth of a millionth of the run's piece, and what came then."""
+        reason = "the integration got stuck: a chain is stretched or folded, or forces are beyond all bounds"
+        for _ in range(6):
+            k = int(np.argmax(failed[1:])) + 1
+            if np.all(np.isfinite(found[k])):
+                miss = shortfall(self.machine, self._states(found[k][None]))
+                reason = reason if miss is None else miss.reason
+            times = np.linspace(times[k - 1], times[k], PIECE + 1)
+            found = self._piece(found[k - 1], times)
+            failed = self._fails(found)
+            if not np.any(failed[1:]):
+                break
+        k = int(np.argmax(failed[1:])) if np.any(failed[1:]) else len(times) - 1
+        return float(times[k]), found[k], f"at t = {times[k]:.6g} s: {reason}"
+
+
+def _acting(at: PoseReport, law: Law, loading: Loading, forces: Mapping[str, float]) -> Acting:
+    machine, named = at.machine, dict(actuators(at.machine))
+    if law not in LAWS:
+        raise InputError(f"drives '{law}'{nearest(law, LAWS)}")
+    for name, value in forces.items():
+        if name not in named:
+            raise InputError(f"force of {name}: {machine.name} has no such drive{nearest(name, named)}")
+        if not math.isfinite(value):
+            raise InputError(f"force of {name}: {value} is no finite number")
+    rate = np.zeros(6)
+    if law == "springs":
+        for k, (name, joint) in enumerate(named.items()):
+            if joint.stiffness is None:
+                raise InputError(
+                    f"{name}: a drive without stiffness is rigid and no spring; give {name.partition('.')[2]}.stiffness, "
+                    "or let the drives hold or be free"
+                )
+            rate[k] = float(joint.stiffness) * float(joint.lever) ** 2
+    given = np.array([float(forces.get(name, 0.0)) for name in named])
+    if law != "free":
+        still = Twist(ZERO, ZERO)
+        case, state = Case(machine, at.signs, loading.gravity), State(at.frame, still)
+        held = drive_motion(case, state, still, loading.on(machine, at.frame)).force[0]
+        if not np.all(np.isfinite(held)) or np.abs(held).max() > 1e9:
+            raise NoResultError(f"{machine.name}: the drives cannot hold this pose: it is singular")
+        given = given + held
+    point = (machine.platform.tool_tip or _NONE) if loading.point is None else loading.point
+    coordinates = [float(row.coordinate) for row in at.joints if row.actuated]
+    order = [row.name for row in at.joints if row.actuated]
+    rest = np.array([coordinates[order.index(name)] for name in named])
+    parts = (loading.gravity, loading.force, loading.moment, point, given, rate, rest, CREEP)
+    return Acting(*(jnp.asarray(part, dtype=float) for part in parts))
+
+
+def _frequencies(at: PoseReport, acting: Acting) -> Array:
+    """(6,) of the platform on the drives' springs, rad/s."""
+    import scipy.linalg
+
+    task = equations(Case(at.machine, at.signs), State(at.frame, Twist(ZERO, ZERO))).task
+    jacobian, inertia = task.jacobian[0], task.inertia[0]
+    squares = scipy.linalg.eigh(jacobian.T @ (np.asarray(acting.rate)[:, None] * jacobian), inertia, eigvals_only=True)
+    return np.sqrt(np.maximum(squares, 0.0))
+
+
+def _steps(duration: float, step: float | None, fastest: float) -> Steps:
+    longest = STEP / fastest if fastest > 0 else duration / 100
+    if step is not None:
+        if not (step > 0 and math.isfinite(step)):
+            raise InputError(f"step: {step:g} s; must be greater than zero")
+        bound = LONGEST_STEP / fastest if fastest > 0 else duration / 10
+        if step > bound:
+            what = f"the fastest vibration, {fastest / (2 * math.pi):.4g} Hz" if fastest > 0 else f"a run of {duration:g} s"
+            raise InputError(f"step: {step:g} s is too large for {what}; at most {bound:.3g} s, {longest:.3g} s when not given")
+        longest = step
+    return Steps(jnp.asarray(longest), jnp.asarray(TOLERANCE))
+
+
+def _beginning(frame: Frame, twist: Twist) -> tuple[Array, Array, Array]:
+    from scipy.spatial.transform import Rotation
+
+    quaternion = Rotation.from_matrix(np.array(frame.matrix(), dtype=float)).as_quat(scalar_first=True)
+    return np.array(frame.origin, dtype=float), quaternion, np.array([*twist.linear, *twist.angular], dtype=float)
