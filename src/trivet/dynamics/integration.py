@@ -1,8 +1,10 @@
 """Integration of the equations of motion in time, by diffrax (P. Kidger, On Neural Differential Equations, 2021).
 
-The unknowns are the platform's pose (centre and quaternion) and its twist.  All joints follow from the pose in closed form, so
-the loops are closed to rounding at every instant, however long the run; the quaternion is normalised wherever it is used.  Two
-more unknowns are the work that friction takes and that which constant forces put in, so that energy can be balanced.
+The unknowns are how far the platform has moved and turned (a quaternion) from where it began, and its twist.  All joints follow
+from the pose in closed form, so the loops are closed to rounding at every instant, however long the run; the quaternion is
+normalised wherever it is used.  Displacements, not positions: the rounding of a position at every step would be as large as the
+deflection of a stiff spring is accurate.  Two more unknowns are the work that friction takes and that which constant forces put
+in, so that energy can be balanced.
 
 The integrator is Dormand and Prince's of order 8, with steps of bounded length: a tenth of a radian of the fastest vibration on
 the drives' springs, where steps of constant length lose hardly any energy, and shorter ones where the tolerance asks for it.
@@ -45,6 +47,8 @@ class Acting(NamedTuple):
     """(6,) coordinates at which the springs are slack, m or rad."""
     creep: Array
     """Speed (m/s, rad/s) around which Coulomb friction passes through zero."""
+    beginning: Frame
+    """{E} in {O} from which displacements are counted (m)."""
 
 
 class Steps(NamedTuple):
@@ -60,17 +64,14 @@ class Run(NamedTuple):
     """Unknowns at some times."""
 
     unknowns: Array
-    """(n, 15): centre, quaternion (scalar first), V, work of friction, work of constant forces; infinite where it got stuck."""
+    """(n, 15): displacement, quaternion (scalar first), V, work of friction and of constant forces; infinite where stuck."""
     steps: Array
     """How many were taken."""
 
 
-COUNT = 15
-
-
-def start(position: Array, quaternion: Array, twist: Array) -> Array:
+def start(twist: Array) -> Array:
     """(15,) unknowns at the beginning."""
-    return jnp.concatenate([position, quaternion, twist, jnp.zeros(2)])
+    return jnp.concatenate([jnp.zeros(3), jnp.array([1.0, 0.0, 0.0, 0.0]), twist, jnp.zeros(2)])
 
 
 @jax.jit
@@ -100,16 +101,18 @@ def advance(bodies: Bodies, signs: Array, acting: Acting, steps: Steps, unknowns
     return Run(found.ys, found.stats["num_steps"])
 
 
-def state_of(unknowns: Array) -> eq.State:
+def state_of(beginning: Frame, unknowns: Array) -> eq.State:
     """Pose and twist from unknowns (n, 15), components (n,)."""
-    p, q, v = unknowns[:, :3].T, unknowns[:, 3:7].T, unknowns[:, 7:13].T
-    w, x, y, z = q / jnp.sqrt(jnp.sum(q * q, axis=0))
-    axes = (
-        Vec(1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)),
-        Vec(2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)),
-        Vec(2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)),
-    )
-    return eq.State(Frame(Vec(*p), *axes), Twist(Vec(*v[:3]), Vec(*v[3:])))
+    moved, q, v = Vec(*unknowns[:, :3].T), unknowns[:, 3:7].T, unknowns[:, 7:13].T
+    w, *vector = q / jnp.sqrt(jnp.sum(q * q, axis=0))
+    u = Vec(*vector)
+
+    def turned(axis: Vec) -> Vec:
+        across = u.cross(axis) * 2
+        return axis + across * w + u.cross(across)
+
+    pose = Frame(beginning.origin + moved, *(turned(axis) for axis in beginning[1:]))
+    return eq.State(pose, Twist(Vec(*v[:3]), Vec(*v[3:])))
 
 
 def drive_coordinates(bodies: Bodies, stand: eq.Stand) -> Array:
@@ -153,7 +156,7 @@ def _slope(_: Scalar, unknowns: Array, given: tuple[Bodies, Array, Acting]) -> A
 
 
 def _rates(bodies: Bodies, signs: Array, acting: Acting, unknowns: Array) -> Array:
-    state = state_of(unknowns[None])
+    state = state_of(acting.beginning, unknowns[None])
     stand = [group.stand(state.pose, signs) for group in bodies.alike()]
     load = load_at(acting, state.pose)
     task = eq.task_space(bodies, state, stand, eq.Surroundings(Vec(*acting.gravity), load, acting.creep))
@@ -201,7 +204,7 @@ class Recorded(NamedTuple):
 @jax.jit
 def recorded(bodies: Bodies, signs: Array, acting: Acting, unknowns: Array) -> Recorded:
     """What a run looks like, from its unknowns (n, 15)."""
-    state = state_of(unknowns)
+    state = state_of(acting.beginning, unknowns)
     stand = [group.stand(state.pose, signs) for group in bodies.alike()]
     kinetic, potential = eq.energy(bodies, state, stand, Vec(*acting.gravity))
     springs = 0.5 * jnp.sum(acting.rate * stretch(bodies, stand, acting) ** 2, axis=-1)

@@ -100,11 +100,8 @@ class Simulation:
     def drift(self) -> Array:
         """(n,): how far the energy balance is off, relative to the greatest energy that moved."""
         total = self.balance.total
-        moved = max(
-            float(np.max(self.balance.kinetic)), float(np.ptp(self.balance.potential)), float(np.ptp(self.balance.springs))
-        )
-        off: Array = (total - total[0]) / (moved or 1.0)
-        return off
+        moving = np.max(self.balance.kinetic), np.ptp(self.balance.potential), np.ptp(self.balance.springs)
+        return np.asarray((total - total[0]) / (max(float(size) for size in moving) or 1.0))
 
     @cached_property
     def gap(self) -> float:
@@ -175,7 +172,7 @@ def simulate(
     fastest = _frequencies(at, acting)
     steps = _steps(duration, step, float(fastest.max()))
     run = _Run(at, signs, acting, steps, anyway)
-    begun = np.asarray(start(*(jnp.asarray(a, dtype=float) for a in _beginning(at.frame, twist))))
+    begun = np.asarray(start(jnp.array([*twist.linear, *twist.angular], dtype=float)))
     times, unknowns, ended = run.through(begun, np.linspace(0.0, duration, samples), progress)
     seen = jax.tree.map(np.asarray, recorded(run.bodies, run.signs, acting, unknowns))
     coordinates = np.array(seen.coordinates)
@@ -291,8 +288,21 @@ def _acting(at: PoseReport, law: Law, loading: Loading, forces: Mapping[str, flo
     coordinates = [float(row.coordinate) for row in at.joints if row.actuated]
     order = [row.name for row in at.joints if row.actuated]
     rest = np.array([coordinates[order.index(name)] for name in named])
-    parts = (loading.gravity, loading.force, loading.moment, point, given, rate, rest, CREEP)
-    return Acting(*(jnp.asarray(part, dtype=float) for part in parts))
+    return Acting(
+        gravity=_array(loading.gravity),
+        force=_array(loading.force),
+        moment=_array(loading.moment),
+        point=_array(point),
+        drive_force=_array(given),
+        rate=_array(rate),
+        rest=_array(rest),
+        creep=_array(CREEP),
+        beginning=jax.tree.map(_array, at.frame),
+    )
+
+
+def _array(value: Any) -> jax.Array:
+    return jnp.asarray(value, dtype=float)
 
 
 def _frequencies(at: PoseReport, acting: Acting) -> Array:
@@ -316,10 +326,3 @@ def _steps(duration: float, step: float | None, fastest: float) -> Steps:
             raise InputError(f"step: {step:g} s is too large for {what}; at most {bound:.3g} s, {longest:.3g} s when not given")
         longest = step
     return Steps(jnp.asarray(longest), jnp.asarray(TOLERANCE))
-
-
-def _beginning(frame: Frame, twist: Twist) -> tuple[Array, Array, Array]:
-    from scipy.spatial.transform import Rotation
-
-    quaternion = Rotation.from_matrix(np.array(frame.matrix(), dtype=float)).as_quat(scalar_first=True)
-    return np.array(frame.origin, dtype=float), quaternion, np.array([*twist.linear, *twist.angular], dtype=float)
