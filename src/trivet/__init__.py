@@ -17,18 +17,23 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from trivet.errors import InputError, NoResultError, TrivetError
     from trivet.interop.mjcf import to_mjcf, write_mjcf
+    from trivet.interop.urdf import to_urdf, write_urdf
     from trivet.kinematics.forward import Forward
     from trivet.model import Machine, catalogue, dimensions, load, parse, schema, to_text, write
     from trivet.show.figure import figure
+    from trivet.space.curve import Limits, Trajectory, circle, straight, through, timed
     from trivet.space.surface import Surface, hemisphere
     from trivet.study.comparison import Comparison, compare
     from trivet.study.datasets import save
     from trivet.study.dynamic_comparison import DynamicComparison, compare_dynamics
+    from trivet.study.dynamics import DynamicsReport, Loading, dynamics_report
     from trivet.study.forward import forward
     from trivet.study.frf import FrequencyResponse, Minimum, frf, minimum_dynamic_stiffness
     from trivet.study.machines import switched
     from trivet.study.modes import ModesReport, modes
+    from trivet.study.motion import MotionReport, motion
     from trivet.study.pose import PoseReport, pose
+    from trivet.study.simulation import Simulation, simulate
     from trivet.study.singularity import SingularityReport, singularity_report
     from trivet.study.singularity_map import SingularityMap, singularity_map
     from trivet.study.stiffness_map import StiffnessMap, stiffness_map
@@ -36,29 +41,36 @@ if TYPE_CHECKING:
 _HOMES = {
     "trivet.errors": ("InputError", "NoResultError", "TrivetError"),
     "trivet.interop.mjcf": ("to_mjcf", "write_mjcf"),
+    "trivet.interop.urdf": ("to_urdf", "write_urdf"),
     "trivet.kinematics.forward": ("Forward",),
     "trivet.model": ("Machine", "catalogue", "dimensions", "load", "parse", "schema", "to_text", "write"),
     "trivet.show.figure": ("figure",),
+    "trivet.space.curve": ("Limits", "Trajectory", "circle", "straight", "through", "timed"),
     "trivet.space.surface": ("Surface", "hemisphere"),
     "trivet.study.comparison": ("Comparison", "compare"),
     "trivet.study.datasets": ("save",),
     "trivet.study.dynamic_comparison": ("DynamicComparison", "compare_dynamics"),
+    "trivet.study.dynamics": ("DynamicsReport", "Loading", "dynamics_report"),
     "trivet.study.forward": ("forward",),
     "trivet.study.frf": ("FrequencyResponse", "Minimum", "frf", "minimum_dynamic_stiffness"),
     "trivet.study.machines": ("switched",),
     "trivet.study.modes": ("ModesReport", "modes"),
+    "trivet.study.motion": ("MotionReport", "motion"),
     "trivet.study.pose": ("PoseReport", "pose"),
+    "trivet.study.simulation": ("Simulation", "simulate"),
     "trivet.study.singularity": ("SingularityReport", "singularity_report"),
     "trivet.study.singularity_map": ("SingularityMap", "singularity_map"),
     "trivet.study.stiffness_map": ("StiffnessMap", "stiffness_map"),
 }
 
 __all__ = [
-    "Comparison", "DynamicComparison", "Forward", "FrequencyResponse", "InputError", "Machine", "Minimum", "ModesReport",
-    "NoResultError", "PoseReport", "SingularityMap", "SingularityReport", "StiffnessMap", "Surface", "TrivetError",
-    "catalogue", "compare", "compare_dynamics", "dimensions", "figure", "forward", "frf", "hemisphere", "load",
-    "minimum_dynamic_stiffness", "modes", "parse", "pose", "save", "schema", "singularity_map", "singularity_report",
-    "stiffness_map", "switched", "to_mjcf", "to_text", "write", "write_mjcf",
+    "Comparison", "DynamicComparison", "DynamicsReport", "Forward", "FrequencyResponse", "InputError", "Limits", "Loading",
+    "Machine", "Minimum", "ModesReport", "MotionReport", "NoResultError", "PoseReport", "Simulation", "SingularityMap",
+    "SingularityReport", "StiffnessMap", "Surface", "Trajectory", "TrivetError", "catalogue", "circle", "compare",
+    "compare_dynamics", "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere", "load",
+    "minimum_dynamic_stiffness", "modes", "motion", "parse", "pose", "save", "schema", "simulate", "singularity_map",
+    "singularity_report", "stiffness_map", "straight", "switched", "through", "timed", "to_mjcf", "to_text", "to_urdf", "write",
+    "write_mjcf", "write_urdf",
 ]  # fmt: skip
 
 

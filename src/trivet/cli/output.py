@@ -54,6 +54,11 @@ def wrote(path: str) -> None:
     print(f"wrote {path}", file=sys.stderr)
 
 
+def warn(text: str) -> None:
+    """Say what the user should know about what was made."""
+    print(f"trivet: warning: {text}", file=sys.stderr)
+
+
 def print_json(value: Any) -> None:
     """Print JSON."""
     typer.echo(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))

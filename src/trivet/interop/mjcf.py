@@ -18,20 +18,34 @@ import jax
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from trivet.dynamics.batch import Case, drive_motion
+from trivet.dynamics.bodies import require_masses
+from trivet.dynamics.equations import State
+from trivet.errors import NoResultError, TrivetError
 from trivet.files import replacing
+from trivet.interop.rod_mesh import rod_mesh
 from trivet.kinematics.jacobian import actuator_names
 from trivet.kinematics.mode import parse_mode
 from trivet.kinematics.standing import Standing, home_pose, stand
 from trivet.kinematics.walk import Coordinate
-from trivet.model.elements import Curvilinear, Drivable, Element, Prismatic, Revolute, Spherical, Stock, Universal
-from trivet.model.elements.beam import along, beam_axes
+from trivet.model import Machine
+from trivet.model.elements import Curvilinear, Drivable, Element, Joint, Prismatic, Revolute, Spherical, Stock, Universal
+from trivet.model.elements.beam import beam_axes
 from trivet.model.mass import RigidMass, Rod, platform_mass, together
 from trivet.space.frame import IDENTITY, Angle, Frame
+from trivet.space.screw import Twist
+from trivet.space.vector import ZERO
 from trivet.study.machines import MachineLike, choose
 
 _OPTION = {"timestep": "0.0001", "integrator": "implicitfast", "iterations": "100", "tolerance": "1e-14"}
 _LOOPS = {"solref": "0.0002 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
 """Loops as stiff as the time step allows: a machine that falls freely keeps them closed to well below 1 um."""
+
+_GRAVITY = (0.0, 0.0, -9.81)
+"""MuJoCo's own, m/s^2."""
+
+_GREATEST = 1e9
+"""Force (N, N m) beyond which a drive holds nothing."""
 
 _MOTE, _MOTE_INERTIA = 1e-12, 1e-13
 """Mass (kg) and moment of inertia (kg m^2) for a body that has none; MuJoCo wants more than 1e-15 and 1e-14."""
@@ -41,7 +55,10 @@ _NOTES = (
     "trivet gives the joint; qpos of a ball is its turn from this pose. Joints have trivet's names, chain.joint.",
     "Equality constraints close the loops. Drives, joints and beams are rigid, nothing collides, and the rod of a slide "
     "is as long as its travel asks for.",
+    "ctrl of the keyframe is what the motors must give (N, N m) to hold the machine there against its weight.",
 )
+_NO_HOLD = "No holding forces: "
+_BALL_FRICTION = "friction and damping of this ball are not in the model: here it is no joint but a constraint"
 _NO_RANGE = "its travel limits the elevation of the next body, not its coordinate: no range here"
 _NO_INERTIA = f"{_MOTE:g} kg and {_MOTE_INERTIA:g} kg m^2 more than in trivet: MuJoCo moves nothing without mass and inertia"
 
@@ -87,10 +104,13 @@ class _Model:
     stock: Stock
     world: ET.Element
     ties: ET.Element
+    assets: ET.Element
     platform: _Body
     share: RigidMass
     """What the platform weighs, divided among it and the bodies welded to it: a body without mass would hold nothing."""
     qpos: list[float]
+    meshes: dict[tuple[str, float, float], str] = field(default_factory=dict)
+    """Rods that are drawn, by section, near and far end (m): equal ones share a mesh."""
 
 
 def to_mjcf(machine: MachineLike, pose: Frame | None = None, mode: str | None = None) -> str:
@@ -99,8 +119,8 @@ def to_mjcf(machine: MachineLike, pose: Frame | None = None, mode: str | None = 
     Bodies are named after the joint that moves them, "platform", or "ground/leg-1" for what stands on the ground; motors (N or
     N m) after their joints, in the order of Q.  The two hinges of a universal joint are "leg-1.cross.1" and "leg-1.cross.2".
     A last ball is no joint but the constraint "leg-1.ball"; any other last joint is both.  A locked joint is rigid.  Mass and
-    inertia are those of beams, joints, offsets and platform; kinematics do not mind a chain whose last body has none, MuJoCo's
-    dynamics do.
+    inertia are those of beams, joints, offsets and platform, armature is the reflected inertia of a drive; kinematics do not
+    mind a chain whose last body has no mass, MuJoCo's dynamics do.  Rods are drawn as meshes of their sections.
 
     Args:
         machine: machine, name or file.
@@ -108,12 +128,14 @@ def to_mjcf(machine: MachineLike, pose: Frame | None = None, mode: str | None = 
         mode: working mode, as `parse_mode` reads it; the machine's own when not given.
 
     Raises:
-        InputError: when the mode does not fit the machine.
+        InputError: when the mode does not fit the machine, or a rod has no length since its slide has no travel.
         NoResultError: when a chain does not reach the pose (travel limits are not looked at).
     """
     machine = choose(machine)
+    require_masses(machine)
     frame = home_pose(machine) if pose is None else pose
-    stands = stand(machine, frame, parse_mode(machine, mode))
+    signs = parse_mode(machine, mode)
+    stands = stand(machine, frame, signs)
     root = ET.Element("mujoco", model=machine.name)
     root.extend(_comment(note) for note in _NOTES)
     ET.SubElement(root, "compiler", angle="radian")
@@ -121,13 +143,14 @@ def to_mjcf(machine: MachineLike, pose: Frame | None = None, mode: str | None = 
     defaults = ET.SubElement(root, "default")
     ET.SubElement(defaults, "geom", contype="0", conaffinity="0", rgba="0.6 0.65 0.7 1")
     ET.SubElement(defaults, "equality", _LOOPS)
+    assets = ET.SubElement(root, "asset")
     world, ties = ET.SubElement(root, "worldbody"), ET.SubElement(root, "equality")
     platform = _Body.within(world, "platform", frame)
     ET.SubElement(platform.xml, "freejoint", name="platform")
     x, y, z, w = Rotation.from_matrix(np.array(frame.matrix(), dtype=float)).as_quat()
     welds = sum(not isinstance(one.leg.chain.elements[-1], Spherical) for one in stands)
     share = platform_mass(machine.platform, machine.stock).times(1 / (1 + welds))
-    model = _Model(machine.stock, world, ties, platform, share, [*frame.origin, w, x, y, z])
+    model = _Model(machine.stock, world, ties, assets, platform, share, [*frame.origin, w, x, y, z])
     for one in stands:
         _add_leg(model, one)
     platform.parts.append(share)
@@ -139,9 +162,28 @@ def to_mjcf(machine: MachineLike, pose: Frame | None = None, mode: str | None = 
     motors = ET.SubElement(root, "actuator")
     for name in actuator_names(machine):
         ET.SubElement(motors, "motor", name=name, joint=name)
-    ET.SubElement(ET.SubElement(root, "keyframe"), "key", name="home" if pose is None else "pose", qpos=_text(model.qpos))
+    frames = ET.SubElement(root, "keyframe")
+    key = ET.SubElement(frames, "key", name="home" if pose is None else "pose", qpos=_text(model.qpos))
+    try:
+        key.set("ctrl", _text(_holding_forces(machine, frame, signs)))
+    except TrivetError as error:
+        frames.insert(0, _comment(f"{_NO_HOLD}{error}".replace("--", "- -")))
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _holding_forces(machine: Machine, pose: Frame, signs: Any) -> Iterable[float]:
+    """What the drives give at rest against the weight that MuJoCo's own gravity makes.
+
+    Raises:
+        InputError: unless six drives move the platform's six freedoms.
+        NoResultError: at a singular pose.
+    """
+    still = Twist(ZERO, ZERO)
+    forces = drive_motion(Case(machine, signs, _GRAVITY), State(pose, still), still).force[0]
+    if not np.all(np.abs(forces) < _GREATEST):
+        raise NoResultError("the drives cannot hold this pose, which is singular")
+    return [float(force) for force in forces]
 
 
 def write_mjcf(machine: MachineLike, path: str | os.PathLike[str], *, mode: str | None = None, overwrite: bool = False) -> None:
@@ -175,13 +217,15 @@ def _add_leg(model: _Model, one: Standing) -> None:
             model.qpos += _add_joints(body, name, element, coordinate)
         body.parts.append(element.weigh(model.stock).out_of(body.frame))
         if element.rod is not None:
-            _draw_rod(body, element.rod, model.stock)
+            _draw_rod(model, body, f"{leg.name}.{element.name}", element.rod)
     if by_centre:
         model.platform.parts.append(last.weigh(model.stock).out_of(seat))
     else:
         # Beyond the last joint the body's frame is that of the platform joint.
         body.parts.append(model.share.into(seat).out_of(body.frame))
     body.weigh()
+    if by_centre and isinstance(last, Spherical) and (last.friction is not None or last.damping is not None):
+        model.ties.append(_comment(_BALL_FRICTION))
     body.site(tie, body.frame)
     model.platform.site(on_platform, seat)
     ET.SubElement(model.ties, "connect" if by_centre else "weld", name=tie, site1=tie, site2=on_platform)
@@ -190,7 +234,7 @@ def _add_leg(model: _Model, one: Standing) -> None:
 def _add_joints(body: _Body, name: str, joint: Element, coordinate: Coordinate) -> list[float]:
     """Give a body the joint that moves it; returns what qpos holds of the joint."""
     if isinstance(joint, Spherical):
-        ET.SubElement(body.xml, "joint", name=name, type="ball")
+        ET.SubElement(body.xml, "joint", {"name": name, "type": "ball", **_resistance(joint)})
         return [1.0, 0.0, 0.0, 0.0]
     if isinstance(joint, Universal):
         first, second = joint.axes
@@ -198,7 +242,8 @@ def _add_joints(body: _Body, name: str, joint: Element, coordinate: Coordinate) 
         seen = IDENTITY.turn(second, Angle(coordinate[1].cos, -coordinate[1].sin)).direction(first)
         angles = [_radians(angle) for angle in coordinate]
         for number, axis, angle in zip((1, 2), (seen, second), angles, strict=True):
-            ET.SubElement(body.xml, "joint", name=f"{name}.{number}", type="hinge", axis=_text(axis), ref=_text([angle]))
+            own = {"name": f"{name}.{number}", "type": "hinge", "axis": _text(axis), "ref": _text([angle])}
+            ET.SubElement(body.xml, "joint", own | _resistance(joint))
         return angles
     assert isinstance(joint, Drivable)
     by_elevation = isinstance(joint, Revolute) and joint.measure == "elevation"
@@ -218,20 +263,32 @@ def _add_joints(body: _Body, name: str, joint: Element, coordinate: Coordinate) 
         attributes["range"] = _text(limits)
     elif joint.travel:
         body.xml.append(_comment(_NO_RANGE))
-    ET.SubElement(body.xml, "joint", attributes)
+    ET.SubElement(body.xml, "joint", attributes | _resistance(joint))
     return [value]
 
 
-def _draw_rod(body: _Body, rod: Rod, stock: Stock) -> None:
-    outline = stock.sections[rod.profile.section].outline
-    x, y, z = beam_axes(body.frame, rod.axis)
-    middle = along(body.frame, rod.axis, float(rod.low + rod.high) / 2).origin
-    width, height, half = float(outline.width) / 2, float(outline.height) / 2, float(rod.length) / 2
-    if outline.is_round:
-        shape = {"type": "cylinder", "size": _text([width, half]), **_placed(Frame(middle, y, z, x))}
-    else:
-        shape = {"type": "box", "size": _text([half, width, height]), **_placed(Frame(middle, x, y, z))}
-    ET.SubElement(body.xml, "geom", shape)
+def _resistance(joint: Joint) -> dict[str, str]:
+    """Friction and reflected inertia of a joint, along its coordinate."""
+    lever = float(joint.lever)
+    found = {}
+    if joint.damping is not None:
+        found["damping"] = _text([joint.damping * lever**2])
+    if joint.friction is not None:
+        found["frictionloss"] = _text([joint.friction * lever])
+    if isinstance(joint, Drivable) and joint.reflected_inertia is not None:
+        found["armature"] = _text([joint.reflected_inertia * lever**2])
+    return found
+
+
+def _draw_rod(model: _Model, body: _Body, name: str, rod: Rod) -> None:
+    shape = (rod.profile.section, float(rod.low), float(rod.high))
+    if shape not in model.meshes:
+        model.meshes[shape] = name
+        mesh = rod_mesh(model.stock.sections[rod.profile.section], *shape[1:])
+        faces = " ".join(map(str, mesh.faces.ravel()))
+        ET.SubElement(model.assets, "mesh", name=name, vertex=_text(mesh.vertices.ravel()), face=faces)
+    place = Frame(body.frame.origin, *beam_axes(body.frame, rod.axis))
+    ET.SubElement(body.xml, "geom", {"type": "mesh", "mesh": model.meshes[shape], **_placed(place)})
 
 
 def _radians(angle: Angle, near: float = 0.0) -> float:

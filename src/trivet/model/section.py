@@ -46,11 +46,12 @@ class SectionProperties(NamedTuple):
 
 
 class Outline(NamedTuple):
-    """What a section looks like from outside: size (m) along the beam's local y and z axes; round or rectangular."""
+    """What a section looks like: size (m) along the beam's local y and z axes; round or rectangular; diameter of its bore."""
 
     width: Scalar
     height: Scalar
     is_round: bool
+    bore: Scalar = 0
 
 
 class Tube(eqx.Module):
@@ -68,8 +69,8 @@ class Tube(eqx.Module):
 
     @property
     def outline(self) -> Outline:
-        """The outer circle."""
-        return Outline(self.outer_diameter, self.outer_diameter, True)
+        """Both circles."""
+        return Outline(self.outer_diameter, self.outer_diameter, True, self.inner_diameter)
 
 
 class Rod(eqx.Module):
