@@ -241,7 +241,7 @@ def test_drives_carry_the_weight(name: str) -> None:
     free, names = model.motions(), actuator_names(machine)
     # At rest MuJoCo's bias is the weight with the other sign; virtual power on the motions that the loops allow.
     theirs = np.linalg.solve((model.rows_of(names) @ free).T, free.T @ -model.d.qfrc_bias)
-    drives = load_case(machine, pose, signs, gravity=(0.0, 0.0, -9.81)).drives
+    drives = load_case(machine, pose, signs, gravity=tuple(model.m.opt.gravity)).drives
     ours = np.array([drives[n].load for n in names])
     np.testing.assert_allclose(theirs, ours, rtol=0, atol=1e-10 * np.abs(ours).max())
 

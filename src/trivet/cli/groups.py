@@ -14,6 +14,12 @@ if TYPE_CHECKING:
     from trivet.model import Machine
     from trivet.space.frame import Frame
     from trivet.space.surface import Surface
+    from trivet.study.dynamics import Loading
+
+
+Triple = tuple[float, float, float]
+
+_NONE: Triple = (0.0, 0.0, 0.0)
 
 
 def expanded(command: Callable[..., None]) -> Callable[..., None]:
@@ -101,6 +107,42 @@ class At:
 
         place, angles = pose_numbers(machine, *self.numbers())
         return zyz_frame(place, *angles)
+
+
+@dataclass(frozen=True)
+class Speeds:
+    """How the platform moves."""
+
+    velocity: o.Velocity = None
+    angular_velocity: o.AngularVelocity = None
+
+    def numbers(self) -> tuple[Triple, Triple]:
+        """Velocity (m/s) and angular velocity (rad/s) as the studies take them."""
+        return (
+            o.triple("--velocity", self.velocity, "speed", "m/s") or _NONE,
+            o.triple("--angular-velocity", self.angular_velocity, "angular speed", "rad/s") or _NONE,
+        )
+
+
+@dataclass(frozen=True)
+class Acting:
+    """What acts on a machine in motion."""
+
+    force: o.Force = None
+    moment: o.Moment = None
+    point: o.Point = None
+    gravity: o.Gravity = None
+
+    def loading(self) -> Loading:
+        """Weight and load."""
+        from trivet.study.dynamics import Loading
+
+        force = o.triple("--force", self.force, "force", "N") or _NONE
+        moment = o.triple("--moment", self.moment, "moment", "N m") or _NONE
+        gravity = o.triple("--gravity", self.gravity, "acceleration", "m/s^2")
+        return Loading.of(
+            Loading().gravity if gravity is None else gravity, force, moment, o.triple("--at", self.point, "length", "m")
+        )
 
 
 @dataclass(frozen=True)

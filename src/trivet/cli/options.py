@@ -73,6 +73,29 @@ Position = Annotated[
 Azimuth = Annotated[str | None, typer.Option("--azimuth", help="Direction alpha of the tilt, as in '30 deg'.")]
 Tilt = Annotated[str | None, typer.Option("--tilt", help="Tilt beta of the platform normal.")]
 Roll = Annotated[str | None, typer.Option("--roll", help="Roll gamma about the platform normal.")]
+Velocity = Annotated[
+    str | None,
+    typer.Option("--velocity", help="Of the platform centre in {O}, as in '0 m/s, 0.1 m/s, 0 m/s'.", metavar="X,Y,Z"),
+]
+AngularVelocity = Annotated[
+    str | None,
+    typer.Option("--angular-velocity", help="Of the platform in {O}, as in '1 rad/s, 0 rad/s, 0 rad/s'.", metavar="X,Y,Z"),
+]
+Force = Annotated[
+    str | None, typer.Option("--force", help="Force on the platform in {O}, as in '0 N, 10 N, 0 N'.", metavar="X,Y,Z")
+]
+Moment = Annotated[
+    str | None, typer.Option("--moment", help="Moment on the platform in {O}, as in '0 N m, 0 N m, 1 N m'.", metavar="X,Y,Z")
+]
+Point = Annotated[
+    str | None, typer.Option("--at", help="Where the force acts, in {E}; the tool tip by default.", metavar="X,Y,Z")
+]
+Gravity = Annotated[
+    str | None,
+    typer.Option(
+        "--gravity", help="Acceleration of free fall in {O}; '0 m/s^2, 0 m/s^2, -9.80665 m/s^2' by default.", metavar="X,Y,Z"
+    ),
+]
 Anyway = Annotated[bool, typer.Option("--anyway", help="Go on although a joint is outside its travel.")]
 OBJECTIVE = typer.Option("--objective", help="What the roll maximises: K_xx, 1/C_zz, K_rx, 'K(1,0,1)', …")
 Objective = Annotated[str, OBJECTIVE]
@@ -104,7 +127,7 @@ def quantity(option: str, text: str | None, dimension: str, si: str, positive: b
         raise InputError(f'{option} "{text}": {error.message()}') from None
 
 
-_WRITTEN = {"m": "mm", "rad": "deg", "m/s^2": "m/s^2"}
+_WRITTEN = {"m": "mm", "rad": "deg"}
 
 
 def triple(option: str, text: str | None, dimension: str, si: str) -> tuple[float, float, float] | None:

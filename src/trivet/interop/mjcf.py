@@ -31,18 +31,24 @@ from trivet.kinematics.walk import Coordinate
 from trivet.model import Machine
 from trivet.model.elements import Curvilinear, Drivable, Element, Joint, Prismatic, Revolute, Spherical, Stock, Universal
 from trivet.model.elements.beam import beam_axes
-from trivet.model.mass import RigidMass, Rod, platform_mass, together
+from trivet.model.mass import STANDARD_GRAVITY, RigidMass, Rod, platform_mass, together
 from trivet.space.frame import IDENTITY, Angle, Frame
 from trivet.space.screw import Twist
 from trivet.space.vector import ZERO
 from trivet.study.machines import MachineLike, choose
 
-_OPTION = {"timestep": "0.0001", "integrator": "implicitfast", "iterations": "100", "tolerance": "1e-14"}
+_OPTION = {
+    "gravity": f"0 0 -{STANDARD_GRAVITY}",
+    "timestep": "0.0001",
+    "integrator": "implicitfast",
+    "iterations": "100",
+    "tolerance": "1e-14",
+}
 _LOOPS = {"solref": "0.0002 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
 """Loops as stiff as the time step allows: a machine that falls freely keeps them closed to well below 1 um."""
 
-_GRAVITY = (0.0, 0.0, -9.81)
-"""MuJoCo's own, m/s^2."""
+_GRAVITY = (0.0, 0.0, -STANDARD_GRAVITY)
+"""Acceleration of free fall in the model, m/s^2."""
 
 _GREATEST = 1e9
 """Force (N, N m) beyond which a drive holds nothing."""
@@ -173,7 +179,7 @@ def to_mjcf(machine: MachineLike, pose: Frame | None = None, mode: str | None = 
 
 
 def _holding_forces(machine: Machine, pose: Frame, signs: Any) -> Iterable[float]:
-    """What the drives give at rest against the weight that MuJoCo's own gravity makes.
+    """What the drives give at rest against the machine's weight.
 
     Raises:
         InputError: unless six drives move the platform's six freedoms.

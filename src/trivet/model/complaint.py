@@ -32,20 +32,21 @@ _BOUNDS = {
 }
 
 
-def one_complaint(error: ValidationError, document: dict[str, Any]) -> str:
-    """The most telling of pydantic's complaints about a document, as one line with the key path, the value and the remedy."""
+def one_complaint(error: ValidationError, document: dict[str, Any], kind: Any = Machine) -> str:
+    """The most telling of pydantic's complaints about a document, as one line with the key path, the value and the remedy;
+    `kind` is what the document should be."""
     found = error.errors(include_url=False)
     # A misspelled key shows up twice, as unknown and as missing; the unknown one names the mistake.
     found.sort(key=lambda e: e["type"] == "missing")
     more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-    return _sentence(found[0], document) + more
+    return _sentence(found[0], document, kind) + more
 
 
-def _sentence(first: Any, document: dict[str, Any]) -> str:
+def _sentence(first: Any, document: dict[str, Any], whole: Any) -> str:
     keys = _document_keys(document, first["loc"])
     path, kind, context = join(document, keys), first["type"], first.get("ctx", {})
     if kind in ("unexpected_keyword_argument", "extra_forbidden"):
-        return f"{path}: unknown key{nearest(str(keys[-1]), _fields_at(document, keys[:-1]))}"
+        return f"{path}: unknown key{nearest(str(keys[-1]), _fields_at(document, keys[:-1], whole))}"
     if kind == "missing" and isinstance(keys[-1], int):
         return f"{join(document, keys[:-1])}: {shown(first['input'])} has too few entries"
     if kind == "missing":
@@ -84,9 +85,8 @@ def _document_keys(document: Any, location: tuple[Key, ...]) -> tuple[Key, ...]:
     return tuple(keys)
 
 
-def _fields_at(document: Any, keys: tuple[Key, ...]) -> set[str]:
+def _fields_at(document: Any, keys: tuple[Key, ...], kind: Any) -> set[str]:
     """Names of the keys that the table at some place may hold."""
-    kind: Any = Machine
     for key in keys:
         document = document[key]
         if _is_table(kind):

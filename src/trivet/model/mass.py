@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from trivet.model.machine import Platform
 
 
+STANDARD_GRAVITY = 9.80665
+"""Acceleration of free fall, m/s^2."""
+
+
 class RigidMass(NamedTuple):
     """A rigid body about some point: mass (kg), mass times centre (kg m), moments of inertia about the point (kg m^2)."""
 

@@ -9,7 +9,6 @@ import tomllib
 from collections.abc import Mapping
 from functools import cache
 from importlib import resources
-from pathlib import Path
 from typing import Any, get_args
 
 from pydantic import ValidationError
@@ -20,13 +19,9 @@ from trivet.model.complaint import one_complaint
 from trivet.model.elements import AnyElement
 from trivet.model.machine import Machine, Status, adapter
 from trivet.model.paths import Key, find, join, put
+from trivet.model.toml import check_depth, parse_toml, read_bytes
 
-LARGEST_FILE = 1_000_000
-"""Bytes; a machine file holds a few thousand."""
-
-_DEEPEST = 16
-"""Tables within tables; a machine file has five."""
-
+_FILE = "a machine file"
 _MOST_PARENTS = 4
 
 _NAMING_KEYS = ("format", "name", "type", "shape")
@@ -68,8 +63,8 @@ def _document(name: str, below: tuple[str, ...] = ()) -> dict[str, Any]:
         raise InputError(f"{name}: a variant of a variant more than {_MOST_PARENTS} times over")
     if not is_file and name not in catalogue():
         raise InputError(f"{name}: no machine of this name in the catalogue{nearest(name, catalogue())} (a file ends in .toml)")
-    data = _read_bytes(name) if is_file else resources.files("trivet.catalog").joinpath(f"{name}.toml").read_bytes()
-    document = _parse_toml(name, data)
+    data = read_bytes(name, _FILE) if is_file else resources.files("trivet.catalog").joinpath(f"{name}.toml").read_bytes()
+    document = parse_toml(name, data, _FILE)
     if "variant_of" not in document:
         return document
     parent, settings = document.pop("variant_of"), document.pop("set", {})
@@ -91,51 +86,6 @@ def _document(name: str, below: tuple[str, ...] = ()) -> dict[str, Any]:
 
 def _names_file(name: str) -> bool:
     return name not in catalogue() and (name.endswith(".toml") or os.sep in name or os.path.isfile(name))
-
-
-def _read_bytes(name: str) -> bytes:
-    path = Path(name)
-    try:
-        if path.is_dir():
-            raise InputError(f"{name}: is a folder; a machine file was expected")
-        if path.is_fifo():
-            raise InputError(f"{name}: is a pipe; a machine file was expected")
-        with path.open("rb") as stream:
-            data = stream.read(LARGEST_FILE + 1)
-    except InputError:
-        raise
-    except (OSError, ValueError) as error:  # ValueError: a name that no file can have
-        raise InputError(f"{name}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    if len(data) > LARGEST_FILE:
-        raise InputError(f"{name}: larger than {LARGEST_FILE} bytes; a machine file holds a few thousand")
-    return data
-
-
-def _parse_toml(name: str, data: bytes) -> dict[str, Any]:
-    try:
-        document = tomllib.loads(data.decode("utf-8-sig"))
-        _check_depth(document)
-    except UnicodeDecodeError:
-        raise InputError(f"{name}: is not UTF-8 text; a machine file is TOML") from None
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
-    except ValueError as error:  # among them TOMLDecodeError, which says where
-        raise InputError(f"{name}: is not TOML: {error}") from None
-    except RecursionError:
-        raise InputError(f"{name}: {_TOO_DEEP}") from None
-    return document
-
-
-_TOO_DEEP = f"nested too deeply; a machine file has at most {_DEEPEST} tables and lists within each other"
-
-
-def _check_depth(document: Any) -> None:
-    layer = [document]
-    for _ in range(_DEEPEST + 1):
-        tables = [node.values() if isinstance(node, dict) else node for node in layer if isinstance(node, (dict, list))]
-        layer = [value for table in tables for value in table]
-    if layer:
-        raise InputError(_TOO_DEEP)
 
 
 def _apply(document: dict[str, Any], settings: Mapping[str, Any]) -> None:
@@ -173,7 +123,7 @@ def parse(document: Mapping[str, Any]) -> Machine:
     Raises:
         InputError: as `load`.
     """
-    _check_depth(document)
+    check_depth(document, _FILE)
     version = document.get("format", 1)
     if version != 1 or isinstance(version, bool):
         # Before all else: the keys of a later format would look misspelt.

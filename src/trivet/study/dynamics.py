@@ -19,6 +19,7 @@ from trivet.kinematics.mode import closed_form_signs
 from trivet.kinematics.singularity import SINGULAR, singularity
 from trivet.model import Machine
 from trivet.model.elements import Prismatic
+from trivet.model.mass import STANDARD_GRAVITY
 from trivet.space.frame import Frame
 from trivet.space.screw import Twist, Wrench
 from trivet.space.vector import Vec
@@ -34,7 +35,7 @@ _NONE = (0.0, 0.0, 0.0)
 class Loading:
     """What acts on a machine in motion: its weight, and a load on the platform."""
 
-    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    gravity: tuple[float, float, float] = (0.0, 0.0, -STANDARD_GRAVITY)
     """Acceleration of free fall in {O}, m/s^2."""
     force: tuple[float, float, float] = _NONE
     """In {O}, N."""

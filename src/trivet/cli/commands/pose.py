@@ -9,8 +9,6 @@ import typer
 from trivet.cli import options as o
 from trivet.cli.groups import At, Choice, Model, Output
 
-GRAVITY = (0.0, 0.0, -9.80665)
-
 
 def run(
     *,
@@ -31,6 +29,7 @@ def run(
 ) -> None:
     """Everything about one pose: joints and limits, stiffness, what it is lost in, and the deflection under a load."""
     from trivet.cli.views import pose as view
+    from trivet.model.mass import STANDARD_GRAVITY
     from trivet.study.pose import pose
 
     none = (0.0, 0.0, 0.0)
@@ -39,5 +38,7 @@ def run(
     out.check()
     report = pose(chosen, *at.numbers(), mode=mode, strict=not anyway)
     loaded = weight or any(load is not None for load in loads)
-    load = report.load(loads[0] or none, loads[1] or none, GRAVITY if weight else none) if loaded else None
+    load = (
+        report.load(loads[0] or none, loads[1] or none, (0.0, 0.0, -STANDARD_GRAVITY) if weight else none) if loaded else None
+    )
     out.give(report, view, load)

@@ -1,0 +1,75 @@
+"""A machine let go."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from trivet.cli.views.layout import table, where
+from trivet.cli.views.si import finite, pose_keys
+from trivet.cli.views.state import loaded, loading_json
+from trivet.study.dynamics import force_units
+from trivet.study.simulation import Simulation
+
+_WORDS = {"springs": "drives are springs", "hold": "drives push as at the start", "free": "drives are free"}
+
+
+def tables(result: Simulation) -> Iterator[Any]:
+    """How it moved, and how far energy and loops can be trusted."""
+    at = result.at
+    held = [f"{f:.1f}" for f in result.frequencies if f > 0]
+    yield (
+        f"{where(at.machine.name, at.mode, at.position, at.angles)}\n"
+        f"{_WORDS[result.law]}, {loaded(result.loading)}, {result.time[-1]:.4g} s in {result.steps} steps"
+        + (f"\nnatural frequencies on the drives' springs: {', '.join(held)} Hz" if held else "")
+        + (f"\nended {result.ended}" if result.ended else "")
+    )
+    moved = table("platform centre", "", "x mm", "y mm", "z mm")
+    place = np.stack(list(result.state.pose.origin)) * 1e3
+    moved.add_row("at the start", *(f"{v + 0.0:.6f}" for v in place[:, 0]))
+    moved.add_row("at the end", *(f"{v + 0.0:.6f}" for v in place[:, -1]))
+    moved.add_row("least", *(f"{v + 0.0:.6f}" for v in place.min(axis=1)))
+    moved.add_row("greatest", *(f"{v + 0.0:.6f}" for v in place.max(axis=1)))
+    yield moved
+    drives = table("drives", "drive", "least", "greatest", "greatest force")
+    for k, (name, unit) in enumerate(zip(result.actuators, force_units(result.machine), strict=True)):
+        scale, shown = (1e3, "mm") if unit == "N" else (math.degrees(1), "°")
+        own = result.coordinates[:, k] * scale
+        greatest = float(result.forces[np.argmax(np.abs(result.forces[:, k])), k])
+        drives.add_row(name, f"{own.min():.6f} {shown}", f"{own.max():.6f} {shown}", f"{greatest + 0.0:.5g} {unit}")
+    yield drives
+    balance = result.balance
+    energies = table("energy, J", "", "kinetic", "weight", "springs", "friction took", "forces put in")
+    for name, k in (("at the start", 0), ("at the end", -1)):
+        energies.add_row(name, *(f"{float(part[k]) + 0.0:.6g}" for part in balance))
+    yield energies
+    yield f"energy drift {np.abs(result.drift).max():.1e} of what moved, loops closed to {result.gap:.1e} m"
+
+
+def as_json(result: Simulation) -> dict[str, Any]:
+    """The whole run."""
+    at, state = result.at, result.state
+    return {
+        "machine": at.machine.name,
+        "mode": at.mode,
+        **pose_keys(at.position, at.angles),
+        "drives": result.law,
+        **loading_json(result.loading),
+        "natural_frequencies_Hz": finite(result.frequencies),
+        "steps": result.steps,
+        "longest_step_s": result.longest_step,
+        "ended": result.ended,
+        "energy_drift": finite(float(np.abs(result.drift).max())),
+        "greatest_gap_m": finite(result.gap),
+        "actuators": result.actuators,
+        "time_s": finite(result.time),
+        "position_m": finite(np.stack(list(state.pose.origin), axis=-1)),
+        "rotation_matrix": finite(np.stack([np.stack(list(v), axis=-1) for v in state.pose[1:]], axis=-1)),
+        "twist_m_per_s_rad_per_s": finite(np.stack([*state.twist.linear, *state.twist.angular], axis=-1)),
+        "drive_coordinates_m_or_rad": finite(result.coordinates),
+        "drive_forces_N_or_N_m": finite(result.forces),
+        "energies_J": {name: finite(np.asarray(part)) for name, part in result.balance._asdict().items()},
+    }

@@ -1,0 +1,108 @@
+"""Path files: poses to pass, and how fast (TOML, with units)."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, fields
+from functools import cache
+from itertools import pairwise
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, TypeAdapter, ValidationError
+
+from trivet.errors import InputError
+from trivet.model.complaint import one_complaint
+from trivet.model.quantity import AngleValue, Length, Quantity
+from trivet.model.section import STRICT
+from trivet.model.toml import read_toml
+from trivet.space.curve import Limits, Trajectory, straight, through, timed
+from trivet.space.pose import zyz_frame
+
+MOST_POSES = 10_000
+
+Duration = Annotated[float, Quantity("time", "s", "s", positive=True)]
+Speed = Annotated[float, Quantity("speed", "m/s", "m/s", positive=True)]
+Acceleration = Annotated[float, Quantity("acceleration", "m/s^2", "m/s^2", positive=True)]
+Jerk = Annotated[float, Quantity("jerk", "m/s^3", "m/s^3", positive=True)]
+AngularSpeed = Annotated[float, Quantity("angular speed", "rad/s", "rad/s", positive=True)]
+AngularAcceleration = Annotated[float, Quantity("angular acceleration", "rad/s^2", "rad/s^2", positive=True)]
+AngularJerk = Annotated[float, Quantity("angular jerk", "rad/s^3", "rad/s^3", positive=True)]
+
+
+@dataclass(frozen=True)
+class GivenLimits:
+    """How fast the platform may move; what is not given is as in `trivet.space.curve.Limits`."""
+
+    __pydantic_config__ = STRICT
+
+    speed: Speed | None = None
+    acceleration: Acceleration | None = None
+    jerk: Jerk | None = None
+    angular_speed: AngularSpeed | None = None
+    angular_acceleration: AngularAcceleration | None = None
+    angular_jerk: AngularJerk | None = None
+
+    def over(self, others: Limits) -> Limits:
+        """These limits, and others where there are none."""
+        own = {field.name: getattr(self, field.name) for field in fields(self)}
+        return Limits(**{name: getattr(others, name) if value is None else value for name, value in own.items()})
+
+
+@dataclass(frozen=True)
+class PathPose:
+    """A pose to pass; angles that are not given are zero."""
+
+    __pydantic_config__ = STRICT
+
+    position: tuple[Length, Length, Length]
+    azimuth: AngleValue = 0.0
+    tilt: AngleValue = 0.0
+    roll: AngleValue = 0.0
+
+
+@dataclass(frozen=True)
+class PathFile:
+    """A path."""
+
+    __pydantic_config__ = STRICT
+
+    poses: Annotated[list[PathPose], Field(min_length=2, max_length=MOST_POSES)]
+    """In their order; the first is where the path begins."""
+    corners: Literal["smooth", "stop"] = "smooth"
+    """Whether the platform passes the poses on a smooth way, or goes straight from each to the next and stops there."""
+    limits: GivenLimits = GivenLimits()
+    """How fast the platform may move."""
+    duration: Duration | None = None
+    """Of the whole motion, if it is to take longer than it must."""
+    format: Literal[1] = 1
+    """Version of the file format."""
+
+    def trajectory(self, length: float) -> Trajectory:
+        """The motion; `length` (m) compares turns with distances."""
+        frames = [zyz_frame(p.position, p.azimuth, p.tilt, p.roll) for p in self.poses]
+        if self.corners == "smooth":
+            curves = [through(frames, length)]
+        else:
+            curves = [straight(start, end) for start, end in pairwise(frames)]
+        return timed(curves, self.limits.over(Limits()), self.duration)
+
+
+def read_path(path: str | os.PathLike[str]) -> PathFile:
+    """Read a path file.
+
+    Raises:
+        InputError: with the key, the value and what was expected.
+    """
+    name = os.fspath(path)
+    document = read_toml(name, "a path file")
+    if "poses" not in document:
+        raise InputError(f"{name}: poses: missing; a path has [[poses]] with a position each")
+    try:
+        return _adapter().validate_python(document)
+    except ValidationError as error:
+        raise InputError(f"{name}: {one_complaint(error, document, PathFile)}") from None
+
+
+@cache
+def _adapter() -> TypeAdapter[Any]:
+    return TypeAdapter(PathFile)
