@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from trivet.dynamics.bodies import Bodies
 from trivet.dynamics.chain import Chain, ChainMotion, Member, chain_motion, inertia_forces
 from trivet.dynamics.equations import Stand, State, Surroundings, chain_needs, chains_at
-from trivet.model.elements import Curvilinear, Joint
+from trivet.model.elements import Curvilinear, Joint, Prismatic
 from trivet.space.elimination import Array
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
@@ -28,8 +28,8 @@ def joint_wrenches(
 
     Returns:
         (n, joints, 6): force (N) and moment (N m) which the body before a joint, nearer to the ground, puts on the one beyond
-        it; chain by chain in the order of the elements; reduced at the joint, in its axes (those before it moves; of a
-        carriage on a circle those of the carriage).
+        it; chain by chain in the order of the elements; reduced at the joint, in its axes (those before it moves; of the
+        carriage on a chain's guide, circular or straight, those of the carriage).
     """
     found: dict[int, Array] = {}
     given = dict(zip(bodies.ranks, forces, strict=True))
@@ -57,13 +57,14 @@ def _along(chain: Chain, motion: ChainMotion, around: Surroundings, forces: Sequ
     found = []
     for k, (member, wrench) in enumerate(zip(chain.members, handed_on, strict=True)):
         if isinstance(member.element, Joint):
-            found.append(_seen(wrench.plus(end), chain, _place(member, chain.members[k + 1 : k + 2])))
+            found.append(_seen(wrench.plus(end), chain, _place(chain.members, k)))
     return found
 
 
-def _place(member: Member, following: Sequence[Member]) -> Frame:
+def _place(members: Sequence[Member], k: int) -> Frame:
     """Where the bodies of a joint touch."""
-    return following[0].frame if isinstance(member.element, Curvilinear) else member.frame
+    is_carriage = isinstance(members[k].element, Curvilinear) or (k == 0 and isinstance(members[k].element, Prismatic))
+    return members[k + 1].frame if is_carriage else members[k].frame
 
 
 def _seen(wrench: Wrench, chain: Chain, frame: Frame) -> Wrench:

@@ -12,6 +12,7 @@ from trivet.show.assembly import draw_assembly
 from trivet.show.comparison import draw_comparison
 from trivet.show.drawing import draw
 from trivet.show.dynamics import draw_dynamics, draw_whole
+from trivet.show.histories import draw_motion, draw_simulation
 from trivet.show.maps import draw_map
 from trivet.show.mode_shapes import draw_modes
 from trivet.show.response import draw_response
@@ -20,8 +21,10 @@ from trivet.study.comparison import Comparison
 from trivet.study.dynamic_comparison import DynamicComparison
 from trivet.study.frf import FrequencyResponse
 from trivet.study.modes import ModesReport
+from trivet.study.motion import MotionReport
 from trivet.study.pose import PoseReport
 from trivet.study.response_summary import ShownResponse
+from trivet.study.simulation import Simulation
 from trivet.study.singularity import SingularityReport
 from trivet.study.singularity_map import SingularityMap
 from trivet.study.stiffness_map import StiffnessMap
@@ -30,11 +33,11 @@ from trivet.study.whole_comparison import WholeComparison
 
 @singledispatch
 def figure(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-    """Draw a machine, a pose, assembly modes, singularities, a map, a comparison, natural modes or frequency responses.
+    """Draw a machine, a pose, assembly modes, singularities, a map, a comparison, modes, responses, a motion or a simulation.
 
     Args:
         result: a Machine (at home), or what `pose`, `forward`, `singularity_report`, `stiffness_map`, `singularity_map`,
-            `compare`, `compare_dynamics`, `modes` or `frf` gave.
+            `compare`, `compare_dynamics`, `modes`, `frf`, `motion` or `simulate` gave.
         path: file to write; .png is a picture, .html a page that needs no network.
         overwrite: whether the file may be replaced.
 
@@ -116,3 +119,13 @@ def _(result: DynamicComparison, path: str | os.PathLike[str], *, overwrite: boo
 @figure.register
 def _(result: WholeComparison, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     draw_whole(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: MotionReport, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_motion(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: Simulation, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_simulation(result, path, overwrite=overwrite)

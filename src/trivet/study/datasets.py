@@ -12,9 +12,12 @@ from trivet.kinematics.report import OK, STATUS_WORDS, joint_names
 from trivet.results.netcdf import COMPONENTS, labelled, write_groups, write_netcdf
 from trivet.study.comparison import Comparison
 from trivet.study.dynamic_comparison import DynamicComparison
+from trivet.study.dynamics_datasets import motion_dataset, simulation_dataset
 from trivet.study.frf import FrequencyResponse
 from trivet.study.modes import ModesReport
+from trivet.study.motion import MotionReport
 from trivet.study.response_summary import ShownResponse
+from trivet.study.simulation import Simulation
 from trivet.study.singularity_map import SingularityMap
 from trivet.study.stiffness_map import StiffnessMap
 from trivet.study.vibration_datasets import dynamics_datasets, modes_dataset, response_dataset
@@ -103,7 +106,9 @@ def save(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False) 
     Raises:
         InputError: when the file exists unasked or cannot be written.
     """
-    raise TypeError(f"no NetCDF of a {type(result).__name__}; maps, comparisons, modes and frequency responses can be saved")
+    raise TypeError(
+        f"no NetCDF of a {type(result).__name__}; maps, comparisons, modes, responses, motions and simulations can be saved"
+    )
 
 
 @save.register
@@ -129,6 +134,16 @@ def _(result: FrequencyResponse, path: str | os.PathLike[str], *, overwrite: boo
 @save.register
 def _(result: ShownResponse, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     write_netcdf(response_dataset(result.whole), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: MotionReport, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_netcdf(motion_dataset(result), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: Simulation, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_netcdf(simulation_dataset(result), path, overwrite=overwrite)
 
 
 @save.register

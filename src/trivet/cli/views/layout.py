@@ -41,3 +41,13 @@ def decimals(value: float) -> str:
 def plain_number(value: float) -> str:
     """Six digits, without what is rounding beside a unit."""
     return f"{round(value, 9) + 0.0:.6g}"
+
+
+def beside(value: float, greatest: float, digits: int = 5) -> str:
+    """A number; zero where it is rounding beside the greatest of its kind."""
+    return f"{value if abs(value) > 1e-12 * greatest else 0.0:.{digits}g}"
+
+
+def fixed(value: float, decimals: int) -> str:
+    """So many decimals, without a negative zero."""
+    return f"{round(value, decimals) + 0.0:.{decimals}f}"

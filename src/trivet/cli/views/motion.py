@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from trivet.cli.views.layout import table
+from trivet.cli.views.layout import beside, fixed, table
 from trivet.cli.views.si import finite, pose_keys
 from trivet.cli.views.state import loaded, loading_json
 from trivet.kinematics.mode import mode_words
@@ -22,15 +22,16 @@ def tables(report: MotionReport) -> Iterator[Any]:
     )
     moves = table("how the drives move", "drive", "from", "to", "peak speed", "at s", "peak acceleration", "at s")
     needs = table("what they must give", "drive", "peak force", "at s", "RMS force", "peak power", "at s", "mean power given")
+    power = max(abs(drive.power.value) for drive in report.sizing)
     for drive, unit in zip(report.sizing, report.units, strict=True):
         scale, shown = (1e3, "mm") if drive.unit == "m" else (math.degrees(1), "°")
         moves.add_row(
-            drive.name, f"{drive.low * scale:.4f} {shown}", f"{drive.high * scale:.4f} {shown}",
+            drive.name, f"{fixed(drive.low * scale, 4)} {shown}", f"{fixed(drive.high * scale, 4)} {shown}",
             *_peak(drive.speed, f"{shown}/s", scale), *_peak(drive.acceleration, f"{drive.unit}/s²"),
         )  # fmt: skip
         needs.add_row(
             drive.name, *_peak(drive.force, unit), f"{drive.rms_force:.4g} {unit}", *_peak(drive.power, "W"),
-            f"{drive.mean_power:.4g} W",
+            f"{beside(drive.mean_power, power, 4)} W",
         )  # fmt: skip
     yield moves
     yield needs
@@ -53,7 +54,7 @@ def _where(report: MotionReport) -> Any:
     )
     for drive in report.sizing:
         place, angles = report.pose_at(drive.force.time)
-        cells = [*(f"{1e3 * v + 0.0:.4f}" for v in place), *(f"{math.degrees(v) + 0.0:.4f}" for v in angles)]
+        cells = [*(fixed(1e3 * v, 4) for v in place), *(fixed(math.degrees(v), 4) for v in angles)]
         found.add_row(drive.name, f"{drive.force.time:.4f}", *cells)
     return found
 

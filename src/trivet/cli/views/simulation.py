@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from trivet.cli.views.layout import table, where
+from trivet.cli.views.layout import beside, fixed, table, where
 from trivet.cli.views.si import finite, pose_keys
 from trivet.cli.views.state import loaded, loading_json
 from trivet.study.dynamics import force_units
@@ -29,17 +29,20 @@ def tables(result: Simulation) -> Iterator[Any]:
     )
     moved = table("platform centre", "", "x mm", "y mm", "z mm")
     place = np.stack(list(result.state.pose.origin)) * 1e3
-    moved.add_row("at the start", *(f"{v + 0.0:.6f}" for v in place[:, 0]))
-    moved.add_row("at the end", *(f"{v + 0.0:.6f}" for v in place[:, -1]))
-    moved.add_row("least", *(f"{v + 0.0:.6f}" for v in place.min(axis=1)))
-    moved.add_row("greatest", *(f"{v + 0.0:.6f}" for v in place.max(axis=1)))
+    moved.add_row("at the start", *(fixed(v, 6) for v in place[:, 0]))
+    moved.add_row("at the end", *(fixed(v, 6) for v in place[:, -1]))
+    moved.add_row("least", *(fixed(v, 6) for v in place.min(axis=1)))
+    moved.add_row("greatest", *(fixed(v, 6) for v in place.max(axis=1)))
     yield moved
     drives = table("drives", "drive", "least", "greatest", "greatest force")
+    most = float(np.abs(result.forces).max())
     for k, (name, unit) in enumerate(zip(result.actuators, force_units(result.machine), strict=True)):
         scale, shown = (1e3, "mm") if unit == "N" else (math.degrees(1), "°")
         own = result.coordinates[:, k] * scale
         greatest = float(result.forces[np.argmax(np.abs(result.forces[:, k])), k])
-        drives.add_row(name, f"{own.min():.6f} {shown}", f"{own.max():.6f} {shown}", f"{greatest + 0.0:.5g} {unit}")
+        drives.add_row(
+            name, f"{fixed(own.min(), 6)} {shown}", f"{fixed(own.max(), 6)} {shown}", f"{beside(greatest, most)} {unit}"
+        )
     yield drives
     balance = result.balance
     energies = table("energy, J", "", "kinetic", "weight", "springs", "friction took", "forces put in")

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from trivet.cli.views.layout import reached, table, where
+from trivet.cli.views.layout import beside, reached, table, where
 from trivet.cli.views.si import finite, pose_keys
 from trivet.dynamics.sensitivity import Slopes
 from trivet.study.dynamics import DynamicsReport, Loading
@@ -52,29 +52,36 @@ def loaded(loading: Loading) -> str:
 def _drives(report: DynamicsReport) -> Any:
     found = table("drives", "drive", "speed", "acceleration", "force", "power")
     drives = report.drives
+    speed, rise, force, power = (_greatest(a) for a in (*drives[1:], drives.force, report.powers))
     for k, (name, unit) in enumerate(zip(report.actuators, report.units, strict=True)):
         way = "m" if unit == "N" else "rad"
         scale, shown = (1e3, "mm") if way == "m" else (1.0, "rad")
         found.add_row(
-            name, f"{_number(drives.speed[k] * scale)} {shown}/s", f"{_number(drives.acceleration[k])} {way}/s²",
-            f"{_number(drives.force[k])} {unit}", f"{_number(report.powers[k])} W",
+            name, f"{beside(drives.speed[k] * scale, speed)} {shown}/s", f"{beside(drives.acceleration[k], rise)} {way}/s²",
+            f"{beside(drives.force[k], force)} {unit}", f"{beside(report.powers[k], power)} W",
         )  # fmt: skip
     return found
 
 
+def _greatest(values: Any) -> float:
+    return float(np.abs(np.asarray(values)).max())
+
+
 def _shares(report: DynamicsReport) -> Any:
     found = table("what the forces are for", "drive", *report.shares, "together")
+    greatest = max(_greatest(share) for share in report.shares.values())
     for k, (name, unit) in enumerate(zip(report.actuators, report.units, strict=True)):
-        cells = (_number(share[k]) for share in report.shares.values())
-        found.add_row(name, *cells, f"{_number(report.drives.force[k])} {unit}")
+        cells = (beside(share[k], greatest) for share in report.shares.values())
+        found.add_row(name, *cells, f"{beside(report.drives.force[k], greatest)} {unit}")
     return found
 
 
 def _joints(report: DynamicsReport) -> Any:
     title = "what the joints bear: on the body beyond, in the joint's axes"
     found = table(title, "joint", "Fx N", "Fy N", "Fz N", "Mx N m", "My N m", "Mz N m")
+    greatest = max(_greatest(wrench) for wrench in report.reactions.values())
     for name, wrench in report.reactions.items():
-        found.add_row(name, *(_number(v) for v in wrench))
+        found.add_row(name, *(beside(v, greatest) for v in wrench))
     return found
 
 
@@ -84,17 +91,13 @@ def _slopes(report: DynamicsReport, slopes: Slopes) -> Any:
 
     values = dimensions(report.machine)
     effects = {path: np.asarray(slope) * 0.01 * float(values[path]) for path, slope in slopes.dimensions.items()}
-    greatest = sorted(effects, key=lambda path: -np.abs(effects[path]).max())[:MOST_DIMENSIONS]
+    ranked = sorted(effects, key=lambda path: -_greatest(effects[path]))[:MOST_DIMENSIONS]
     found = table("change of the forces when a dimension grows by 1 %, the pose held (N, N m)", "dimension", *report.actuators)
-    for path in greatest:
-        if np.abs(effects[path]).max() > 0:
-            found.add_row(path, *(f"{v:.3g}" for v in effects[path]))
+    greatest = _greatest(effects[ranked[0]])
+    for path in ranked:
+        if _greatest(effects[path]) > 1e-12 * greatest:
+            found.add_row(path, *(beside(v, greatest, 3) for v in effects[path]))
     return found
-
-
-def _number(value: float) -> str:
-    """Five digits; what is rounding beside any force that matters is zero."""
-    return f"{value if abs(value) > 1e-12 else 0.0:.5g}"
 
 
 def as_json(report: DynamicsReport, slopes: Slopes | None = None) -> dict[str, Any]:
