@@ -168,7 +168,8 @@ class RigidModel:
                         carried, body = own, PLATFORM
                     else:
                         parts.append(carried)
-                    ties.append((f"{leg.name}.{element.name}", element, frame, beyond, coordinate, first, body))
+                    told = beyond if isinstance(element, Curvilinear) or (first == GROUND and isinstance(element, Prismatic)) else frame
+                    ties.append((f"{leg.name}.{element.name}", element, frame, beyond, coordinate, told, first, body))
                 carried.append((element.weigh(machine.stock), beyond))
         self.bodies = [_body(part) for part in (*parts, own)]
         self.ties = [_tie(*tie, len(parts) if body == PLATFORM else body) for *tie, body in ties]
@@ -300,10 +301,11 @@ class RigidModel:
         return Found(np.r_[centre, rise[-3:]], forces, np.array(wrenches), np.asarray(drives))
 
 
-def _tie(name: str, element: Element, frame: Frame, beyond: Frame, coordinate: Any, first: int, second: int) -> Tie:
+def _tie(
+    name: str, element: Element, frame: Frame, beyond: Frame, coordinate: Any, told: Frame, first: int, second: int
+) -> Tie:
     before, after = _numbers(frame.origin), _numbers(beyond.origin)
     axes = np.stack([_numbers(v) for v in frame[1:]], axis=1)
-    place, told = (after, beyond) if isinstance(element, Curvilinear) else (before, frame)
     together: list[Law] = [Gap(first, second, n, before, before) for n in np.eye(3)]
     welded: list[Law] = [Square(first, second, axes[:, k], axes[:, (k + 1) % 3]) for k in range(3)]
     laws, coordinates = together, []
@@ -324,7 +326,7 @@ def _tie(name: str, element: Element, frame: Frame, beyond: Frame, coordinate: A
         coordinates = [Rate(first, second, n, first), Rate(first, second, m, second)]
     elif isinstance(element, Spherical):
         coordinates = [Rate(first, second, n, first) for n in np.eye(3)]
-    return Tie(name, element, second, place, np.stack([_numbers(v) for v in told[1:]], axis=1), laws, coordinates)
+    return Tie(name, element, second, _numbers(told.origin), np.stack([_numbers(v) for v in told[1:]], axis=1), laws, coordinates)
 
 
 def _body(given: Parts) -> Body:

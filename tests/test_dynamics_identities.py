@@ -1,4 +1,4 @@
-"""What rigid-body dynamics must obey by itself: energy, the two forms of the equations, statics; its derivatives; what it is made of."""
+"""What rigid-body dynamics must obey by itself: energy, two forms of one equation, statics; its derivatives; its parts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from machines import bracketed, part
-from test_dynamics import Motion, close, compiler, joined_poses, motion, moving, twist_of, variant, wrench_of
+from test_dynamics import Motion, close, compiler, joined_poses, motion, twist_of, variant, wrench_of
 from test_jacobian import exponential, turned
 from test_mujoco import MACHINES, machine_of
 from test_singularity import one
@@ -36,7 +36,8 @@ from trivet.statics.load import load_case
 
 # Which of five equally spaced places make a first derivative, exact to the fourth power of the step.
 PLACES, WEIGHTS = np.array([-2.0, -1.0, 1.0, 2.0]), np.array([1.0, -8.0, 8.0, -1.0]) / 12
-STEP = 2e-4
+STEP = 2e-5
+"""Seconds: with their platform joint near the axis carriages race."""
 
 
 @pytest.fixture(autouse=True)
@@ -86,16 +87,11 @@ def test_along_a_curve(name: str) -> None:
     given = np.sum(now.force * now.speed, axis=1) + np.sum(states.load * twist, axis=1)
     close(given, still + stored + lost, 1e-7)
     assert np.all(lost > 0)
-    speeds = drive_motion(case, beside, *states.given[1:]).speed if False else beside_speeds(case, beside)
-    close(now.acceleration, rate(speeds), 1e-7)
+    rows = equations(case, beside).task.jacobian
+    close(now.acceleration, rate(np.einsum("nij,nj->ni", rows, np.concatenate(twists))), 1e-7)
     with compiler(True):
         coordinates = np.asarray(drives_at(machine, beside.pose, states.signs)).reshape(4, -1, 6)
     close(now.speed, rate(np.unwrap(coordinates, axis=0).reshape(-1, 6)), 1e-7)
-
-
-def beside_speeds(case: Case, state: eq.State) -> np.ndarray:
-    task = equations(case, state).task
-    return np.einsum("nij,nj->ni", task.jacobian, np.stack([*state.twist.linear, *state.twist.angular], axis=-1))
 
 
 @pytest.mark.parametrize("name", MACHINES)
@@ -164,6 +160,9 @@ def test_drives_at_rest_are_those_of_the_statics(name: str) -> None:
 
 # Derivatives
 
+CREEP = 0.5
+"""Smooth enough for differences, which know nothing of the jump of friction at rest."""
+MOST_DIMENSIONS = 96
 SLOPES = ("azulay", "glozman", "gough-stewart", "tahmasebi")
 
 
@@ -171,7 +170,7 @@ def forces_of(machine: Machine, states: Motion, displaced: Any) -> Any:
     """Forces (6,) at a state displaced by a pose's twist, a twist and an acceleration (18,)."""
     bodies, pose = Bodies.of(machine), nudged(part(states.pose, [0]), displaced[:6, None])
     twist, rise = states.twist[:1] + displaced[6:12], states.rise[:1] + displaced[12:]
-    around = eq.Surroundings(Vec(*states.gravity), wrench_of(states.load[:1]))
+    around = eq.Surroundings(Vec(*states.gravity), wrench_of(states.load[:1]), CREEP)
     stand = standing(bodies, pose, states.signs)
     return jnp.concatenate(eq.inverse_dynamics(bodies, eq.State(pose, twist_of(twist)), twist_of(rise), stand, around).force)
 
@@ -180,18 +179,20 @@ def forces_of(machine: Machine, states: Motion, displaced: Any) -> Any:
 def test_derivatives_with_respect_to_every_dimension(name: str) -> None:
     machine, states = variant(name, True), motion(name, 1)
     leaves, structure = jax.tree.flatten(machine)
-    values = np.array(leaves, dtype=float)
+    values, paths = np.array(leaves, dtype=float), list(dimensions(machine))
+    # As long as its travel asks for, a rod has no derivative where that starts from zero.
+    values = np.where([path.endswith("travel.1") for path in paths] * (values == 0), -2e-3, values)
+    units = np.eye(MOST_DIMENSIONS, len(values))  # one size for all machines, for JAX to know its operations again
+    steps = 1e-3 * np.where(values == 0, 0.1, np.abs(values))
 
     def forces(dims: Any) -> Any:
         return forces_of(jax.tree.unflatten(structure, list(dims)), states, np.zeros(18))
 
-    slopes = np.asarray(jax.jacfwd(forces)(jnp.asarray(values)))
-    steps = 1e-3 * np.where(values == 0, 0.1, np.abs(values))
-    moved = values + (PLACES[:, None, None] * np.diag(steps)).reshape(-1, len(values))
-    beside = np.asarray(jax.vmap(forces)(jnp.asarray(moved))).reshape(4, len(values), 6)
+    slopes = np.asarray(jax.vmap(lambda unit: jax.jvp(forces, (values,), (unit,))[1])(units))[: len(values)].T
+    beside = np.asarray([jax.vmap(forces)(values + place * steps * units)[: len(values)] for place in PLACES])
     differences = np.einsum("k,kij->ji", WEIGHTS, beside) / steps
     size = np.abs(beside).max()
-    for path, slope, difference, value in zip(dimensions(machine), slopes.T, differences.T, np.abs(values), strict=True):
+    for path, slope, difference, value in zip(paths, slopes.T, differences.T, np.abs(values), strict=True):
         assert slope == pytest.approx(difference, rel=1e-6, abs=1e-6 * size / (value or 1.0)), path
     matter = np.abs(slopes).max(axis=0) * np.abs(values) > 1e-4 * size
     assert matter.sum() > 20
@@ -202,30 +203,24 @@ def test_derivatives_with_respect_to_the_state(name: str) -> None:
     """Of poses by a first-order displacement, against states that are truly turned."""
     machine, states = variant(name, True), motion(name, 1)
     slopes = np.asarray(jax.jacfwd(lambda d: forces_of(machine, states, d))(jnp.zeros(18)))
-    steps = np.r_[np.full(3, 2e-5), np.full(3, 1e-3), np.full(12, 1e-2)]
+    steps = np.r_[np.full(3, 2e-5), np.full(3, 1e-3), np.full(12, 3e-4)]
     moved = (PLACES[:, None, None] * np.diag(steps)).reshape(-1, 18)
     poses = joined_poses([turned(exponential(d[3:6]), part(states.pose, [0]), d[:3]) for d in moved])
-    beside = Motion(
-        poses, states.signs, states.twist[0] + moved[:, 6:12], states.rise[0] + moved[:, 12:], states.load[:1], None
-    )
-    found = drive_motion(states.case(machine), *beside.given).force.reshape(4, 18, 6)
+    twists, rises = states.twist[0] + moved[:, 6:12], states.rise[0] + moved[:, 12:]
+    given = eq.State(poses, twist_of(twists)), twist_of(rises), wrench_of(states.load[:1])
+    found = drive_motion(states.case(machine, CREEP), *given).force.reshape(4, 18, 6)
     differences = np.einsum("k,kij->ji", WEIGHTS, found) / steps
-    size = np.abs(differences).max(axis=0)
+    size = np.repeat(np.abs(differences).reshape(6, 6, 3).max(axis=(0, 2)), 3)
     np.testing.assert_allclose(slopes / size, differences / size, rtol=0, atol=1e-6)
-    close(slopes[:, 12:].T, mass_against_speed(states.case(machine), states).T, 1e-9)
-
-
-def mass_against_speed(case: Case, states: Motion) -> np.ndarray:
-    """M_Q J_G^-1, the forces per acceleration of the platform."""
-    task, actuators = equations(case, states.state)
-    return np.asarray(actuators.inertia[0] @ task.jacobian[0])
+    task, actuators = equations(states.case(machine), states.state)
+    close(slopes[:, 12:].T, (actuators.inertia[0] @ task.jacobian[0]).T, 1e-9)
 
 
 def test_slopes_are_those_of_the_kernel() -> None:
     machine, states = variant("azulay", True), motion("azulay", 1)
     state, rise, load = (jax.tree.map(lambda c: float(np.atleast_1d(c)[0]), t) for t in states.given)
     with compiler(True):
-        found = force_slopes(states.case(machine), state, rise, load)
+        found = force_slopes(states.case(machine, CREEP), state, rise, load)
     slopes = np.asarray(jax.jacfwd(lambda d: forces_of(machine, states, d))(jnp.zeros(18)))
     for own, expected in zip(found[1:], np.split(slopes, 3, axis=1), strict=True):
         close(own.T, expected.T, 1e-9)
@@ -333,7 +328,7 @@ def test_elimination(size: int) -> None:
     rng = np.random.default_rng(size)
     for share in (0.0, 0.4, 0.6):
         for _ in range(6):
-            batch = rng.normal(size=(size, size, 40)) * 10.0 ** rng.uniform(-3, 3, (size, 1, 1))
+            batch = rng.normal(size=(size, size, 40)) * 10.0 ** rng.uniform(-1, 1, (size, 1, 1))
             batch[rng.uniform(size=batch.shape) < 0.1] = 0.0
             kept = rng.uniform(size=(size, size)) >= share
             kept[np.arange(size), rng.permutation(size)] = True
@@ -343,8 +338,7 @@ def test_elimination(size: int) -> None:
                 [known[i][j] if exact[i, j] else batch[i, j] if kept[i, j] else 0 for j in range(size)] for i in range(size)
             ]
             whole = np.moveaxis([[np.broadcast_to(c, 40) for c in row] for row in rows], -1, 0).astype(float)
-            scaled = whole / np.abs(whole).max(axis=2, keepdims=True).clip(1e-300)
-            good = np.linalg.cond(scaled) < 1e4
+            good = np.linalg.cond(whole) < 1e5
             right = rng.normal(size=(size, 2, 40))
             with np.errstate(all="ignore"):
                 found = np.moveaxis(np.array([[np.broadcast_to(c, 40) for c in row] for row in solve(rows, right)]), -1, 0)

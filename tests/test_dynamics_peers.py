@@ -376,8 +376,8 @@ class Tree:
         upper = np.triu(self.pin.crba(self.model, self.data, self.q))
         return Closed(upper + np.triu(upper, 1).T, bias, loops, rates, drives, platform, rate)
 
-    def simulated(self, given: Array) -> Array:
-        """Acceleration of the platform under forces along all coordinates, by Pinocchio's own solver of closed loops."""
+    def solver(self) -> Any:
+        """Pinocchio's own solver of closed loops: accelerations from forces along all coordinates."""
         models, datas = self.pin.StdVec_RigidConstraintModel(), self.pin.StdVec_RigidConstraintData()
         for end in self.ends:
             kind = self.pin.ContactType.CONTACT_3D if end.is_ball else self.pin.ContactType.CONTACT_6D
@@ -386,8 +386,11 @@ class Tree:
             datas.append(models[-1].createData())
         data, settings = self.model.createData(), self.pin.ProximalSettings(1e-14, 1e-12, 20)
         self.pin.initConstraintDynamics(self.model, data, models, datas)
-        rise = self.pin.constraintDynamics(self.model, data, self.q, self.v, given, models, datas, settings)
-        self.pin.forwardKinematics(self.model, self.data, self.q, self.v, rise)
+        return lambda given: self.pin.constraintDynamics(self.model, data, self.q, self.v, given, models, datas, settings)
+
+    def simulated(self, given: Array) -> Array:
+        """Acceleration of the platform under forces along all coordinates."""
+        self.pin.forwardKinematics(self.model, self.data, self.q, self.v, self.solver()(given))
         return self.at(self.platform)[1]
 
     def wrenches(self, accelerations: Array, multipliers: Array) -> dict[str, Array]:
@@ -412,8 +415,8 @@ class Tree:
 
 
 def is_carriage(element: Element, place: int) -> bool:
-    """Whether a joint tells its wrench where the body beyond it stands: on a circular guide, and on a first straight one."""
-    return isinstance(element, Curvilinear) or (place == 0 and isinstance(element, Prismatic) and abs(element.axis[1]) == 1)
+    """Whether a joint tells its wrench where the body beyond it stands: the carriage of a guide."""
+    return isinstance(element, Curvilinear) or (place == 0 and isinstance(element, Prismatic))
 
 
 def rubbing(joint: Joint, speed: Array) -> Array:
