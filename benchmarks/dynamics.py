@@ -61,8 +61,7 @@ def against_engines() -> Iterator[Row]:
         machine, signs, states, situations = _states(name)
         case = batch.Case(machine, signs, (0.0, 0.0, -9.81))
         asked = [situation.asked(pose) for pose, situation in zip(states, situations, strict=True)]
-        index = np.arange(BATCH) % STATES
-        whole = jax.tree.map(lambda *c: np.array(c, dtype=float)[index], *asked)
+        whole = jax.tree.map(lambda *c: np.resize(np.array(c, dtype=float), BATCH), *asked)
         mujoco, simulate, forces = _peers(machine, signs, states, situations)
         ours = Side(lambda case=case, whole=whole: batch.drive_motion(case, *whole), BATCH)
         found = ours.call().force[:STATES]
@@ -83,9 +82,9 @@ def against_engines() -> Iterator[Row]:
 
 
 def _states(name: str) -> tuple[Any, Any, list[Any], list[Any]]:
+    from machines import part
     from test_dynamics_peers import Situation
 
-    from machines import part
     from trivet.kinematics.mode import parse_mode
     from trivet.model import load
     from trivet.space.pose import zyz_frame

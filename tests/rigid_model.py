@@ -168,7 +168,11 @@ class RigidModel:
                         carried, body = own, PLATFORM
                     else:
                         parts.append(carried)
-                    told = beyond if isinstance(element, Curvilinear) or (first == GROUND and isinstance(element, Prismatic)) else frame
+                    told = (
+                        beyond
+                        if isinstance(element, Curvilinear) or (first == GROUND and isinstance(element, Prismatic))
+                        else frame
+                    )
                     ties.append((f"{leg.name}.{element.name}", element, frame, beyond, coordinate, told, first, body))
                 carried.append((element.weigh(machine.stock), beyond))
         self.bodies = [_body(part) for part in (*parts, own)]
@@ -326,7 +330,9 @@ def _tie(
         coordinates = [Rate(first, second, n, first), Rate(first, second, m, second)]
     elif isinstance(element, Spherical):
         coordinates = [Rate(first, second, n, first) for n in np.eye(3)]
-    return Tie(name, element, second, _numbers(told.origin), np.stack([_numbers(v) for v in told[1:]], axis=1), laws, coordinates)
+    return Tie(
+        name, element, second, _numbers(told.origin), np.stack([_numbers(v) for v in told[1:]], axis=1), laws, coordinates
+    )
 
 
 def _body(given: Parts) -> Body:

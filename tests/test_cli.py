@@ -167,7 +167,7 @@ WRONG = [
     (("map", "azulay", "--quantity", "sigma"), "sigma_min"),
     (("map", "azulay", "--roll", "3 deg"), "another --quantity"),
     (("map", "azulay", "--quantity", "LTI", "--roll", "3"), "unit is missing"),
-    (("export", "azulay", "m.urdf"), ".xml"),
+    (("export", "azulay", "m.sdf"), ".xml"),
     (("nonsense",), "nonsense"),
     (("map", "azulay", "--nonsense"), "nonsense"),
     (("map",), "MACHINE"),

@@ -111,8 +111,18 @@ def test_circle_goes_round_the_pose() -> None:
     np.testing.assert_array_equal(course.axes, np.broadcast_to(np.array(START.matrix()), (41, 3, 3)))
 
 
-@pytest.mark.parametrize("limits", LIMITS)
-@pytest.mark.parametrize("name", CURVES)
+@pytest.mark.parametrize(
+    ("name", "limits"),
+    [
+        *((name, "as they are") for name in CURVES),
+        *(("straight", limits) for limits in LIMITS if limits != "as they are"),
+        *(("through seven", limits) for limits in LIMITS if limits != "as they are"),
+        ("circle", "soft"),
+        ("circle", "smooth"),
+        ("only the turn", "smooth"),
+        ("only the centre", "hardly a turn"),
+    ],
+)
 def test_limits_are_kept_and_used(name: str, limits: str) -> None:
     """Looked at ten times finer than the code does; one limit at least is reached, or the motion could be faster."""
     motion, bounds = run(name, limits), LIMITS[limits]

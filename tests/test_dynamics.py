@@ -364,13 +364,11 @@ def joined_poses(poses: list[Frame]) -> Frame:
 def singular_turn(machine: Machine, signs: Any, axis: np.ndarray) -> float:
     """The angle about an axis from home at which the drives first lose the platform."""
     low, high, case = 0.0, 2.0, Case(machine, signs)
-    while high - low > 1e-15:
+    for _ in range(6):
         angles = np.linspace(low, high, 200)
         poses = joined_poses([tilted(machine, axis * angle) for angle in angles])
         rows = equations(case, eq.State(poses, twist_of(np.zeros((200, 6))))).task.jacobian
         place = int(np.flatnonzero(np.diff(np.sign(np.linalg.det(rows))))[0])
-        if not low < (low + high) / 2 < high or place == 0 and high - low < 1e-13:
-            break
         low, high = angles[place : place + 2]
     return (low + high) / 2
 

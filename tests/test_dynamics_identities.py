@@ -11,13 +11,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from machines import bracketed, part
-from test_dynamics import Motion, close, compiler, joined_poses, motion, twist_of, variant, wrench_of
+from test_dynamics import POSES, Motion, close, compiler, joined_poses, motion, twist_of, variant, wrench_of
 from test_jacobian import exponential, turned
 from test_mujoco import MACHINES, machine_of
 from test_singularity import one
 
 from trivet.dynamics import equations as eq
-from trivet.dynamics.batch import Case, drive_motion, energies, equations
+from trivet.dynamics.batch import Case, DriveMotion, Equations, drive_motion, energies, equations
 from trivet.dynamics.bodies import Bodies
 from trivet.dynamics.sensitivity import force_slopes
 from trivet.kinematics.approach import drives_at
@@ -25,7 +25,7 @@ from trivet.kinematics.jacobian import actuator_names, inverse_jacobian
 from trivet.kinematics.mode import parse_mode
 from trivet.kinematics.singularity import nudged
 from trivet.kinematics.standing import home_pose
-from trivet.model import Machine, dimensions, document_of, parse
+from trivet.model import dimensions, document_of, parse
 from trivet.model.mass import RigidMass, platform_mass, together
 from trivet.space.elimination import eliminated, inverse, solve
 from trivet.space.frame import Angle, Frame
@@ -56,7 +56,7 @@ def along(states: Motion, time: float) -> tuple[Frame, np.ndarray]:
     poses, twists = [], []
     for k, (twist, rise) in enumerate(zip(states.twist, states.rise, strict=True)):
         way, speed = time * twist + time**2 / 2 * rise, twist + time * rise
-        turn, angle = cross(way[3:]), np.linalg.norm(way[3:])
+        turn, angle = cross(way[3:]), np.linalg.norm(way[3:]) or 1e-9  # where there is none, turn is zero
         # How the vector of a rotation turns it: its left Jacobian.
         first, second = (1 - math.cos(angle)) / angle**2, (angle - math.sin(angle)) / angle**3
         spin = speed[3:] + first * turn @ speed[3:] + second * turn @ turn @ speed[3:]
@@ -66,8 +66,8 @@ def along(states: Motion, time: float) -> tuple[Frame, np.ndarray]:
 
 
 def rate(values: np.ndarray) -> np.ndarray:
-    """Time derivatives of values at `PLACES`, (4 n, ...)."""
-    return np.einsum("k,k...->...", WEIGHTS, values.reshape(4, -1, *values.shape[1:])) / STEP
+    """Time derivatives of values at `PLACES`, and then in the middle, (5 n, ...)."""
+    return np.einsum("k,k...->...", WEIGHTS, values.reshape(5, -1, *values.shape[1:])[:4]) / STEP
 
 
 @pytest.mark.parametrize("name", MACHINES)
@@ -75,11 +75,13 @@ def test_along_a_curve(name: str) -> None:
     """Power and energy, term by term; speeds and accelerations of the drives against what their coordinates do."""
     machine, states = variant(name, True), motion(name, 0)
     case = states.case(machine)
-    now, task = drive_motion(case, *states.given), equations(case, states.state).task
-    poses, twists = zip(*(along(states, time) for time in STEP * PLACES), strict=True)
-    beside = eq.State(joined_poses(list(poses)), twist_of(np.concatenate(twists)))
-    kinetic, potential = energies(case, beside)
-    still, stored = (rate(values) for values in (kinetic, potential))
+    now, terms = drive_motion(case, *states.given), equations(case, states.state)
+    task = terms.task
+    poses, twists = zip(*(along(states, time) for time in STEP * np.r_[PLACES, 0]), strict=True)
+    curve = eq.State(joined_poses(list(poses)), twist_of(np.concatenate(twists)))
+    kinetic, potential = energies(case, curve)
+    check_forms(terms, now, states, kinetic[-POSES:])
+    still, stored = rate(kinetic), rate(potential)
     twist, lost = states.twist, np.sum(states.twist * task.friction, axis=1)
     driven = np.sum(twist * (np.einsum("nij,nj->ni", task.inertia, states.rise) + task.coriolis), axis=1)
     close(driven, still, 1e-7)
@@ -87,31 +89,26 @@ def test_along_a_curve(name: str) -> None:
     given = np.sum(now.force * now.speed, axis=1) + np.sum(states.load * twist, axis=1)
     close(given, still + stored + lost, 1e-7)
     assert np.all(lost > 0)
-    rows = equations(case, beside).task.jacobian
+    rows = equations(case, curve).task.jacobian
     close(now.acceleration, rate(np.einsum("nij,nj->ni", rows, np.concatenate(twists))), 1e-7)
     with compiler(True):
-        coordinates = np.asarray(drives_at(machine, beside.pose, states.signs)).reshape(4, -1, 6)
+        coordinates = np.asarray(drives_at(machine, curve.pose, states.signs)).reshape(5, -1, 6)
+        close(rows[-1], np.asarray(inverse_jacobian(machine, part(curve.pose, -1), states.signs)))
     close(now.speed, rate(np.unwrap(coordinates, axis=0).reshape(-1, 6)), 1e-7)
 
 
-@pytest.mark.parametrize("name", MACHINES)
-def test_both_forms_are_one(name: str) -> None:
-    machine, states = variant(name, True), motion(name, 1)
-    case = states.case(machine)
-    (task, actuators), found = equations(case, states.state), drive_motion(case, *states.given)
+def check_forms(terms: Equations, found: DriveMotion, states: Motion, kinetic: np.ndarray) -> None:
+    """Eq (27) is Eq (17) seen from the drives, and both have the kinetic energy in them."""
+    task, actuators = terms
     forward = np.linalg.inv(task.jacobian)
     felt = np.einsum("nai,na->ni", forward, states.load)
     force = np.einsum("nij,nj->ni", actuators.inertia, found.acceleration)
     close(found.force, force + actuators.coriolis + actuators.gravity + actuators.friction - felt, 1e-9)
     assert np.array_equal(actuators.inertia, np.swapaxes(actuators.inertia, 1, 2))
     close(task.inertia, np.swapaxes(task.inertia, 1, 2), 1e-13)
-    for inertia in (task.inertia, actuators.inertia):
+    for inertia, speed in ((task.inertia, states.twist), (actuators.inertia, found.speed)):
         assert np.linalg.eigvalsh(inertia).min() > 0
-    kinetic, _ = energies(case, states.state)
-    close(np.einsum("ni,nij,nj->n", states.twist, task.inertia, states.twist) / 2, kinetic)
-    close(np.einsum("ni,nij,nj->n", found.speed, actuators.inertia, found.speed) / 2, kinetic)
-    rows = np.asarray(inverse_jacobian(machine, part(states.pose, 0), states.signs))
-    close(found.speed[0], rows @ states.twist[0])
+        close(np.einsum("ni,nij,nj->n", speed, inertia, speed) / 2, kinetic)
 
 
 def test_swirl_is_half_of_what_inertia_changes() -> None:
@@ -162,79 +159,47 @@ def test_drives_at_rest_are_those_of_the_statics(name: str) -> None:
 
 CREEP = 0.5
 """Smooth enough for differences, which know nothing of the jump of friction at rest."""
-MOST_DIMENSIONS = 96
 SLOPES = ("azulay", "glozman", "gough-stewart", "tahmasebi")
 
 
-def forces_of(machine: Machine, states: Motion, displaced: Any) -> Any:
-    """Forces (6,) at a state displaced by a pose's twist, a twist and an acceleration (18,)."""
-    bodies, pose = Bodies.of(machine), nudged(part(states.pose, [0]), displaced[:6, None])
-    twist, rise = states.twist[:1] + displaced[6:12], states.rise[:1] + displaced[12:]
-    around = eq.Surroundings(Vec(*states.gravity), wrench_of(states.load[:1]), CREEP)
-    stand = standing(bodies, pose, states.signs)
-    return jnp.concatenate(eq.inverse_dynamics(bodies, eq.State(pose, twist_of(twist)), twist_of(rise), stand, around).force)
-
-
 @pytest.mark.parametrize("name", SLOPES)
-def test_derivatives_with_respect_to_every_dimension(name: str) -> None:
+def test_slopes_of_the_forces(name: str) -> None:
+    """With respect to every dimension and to the state, against differences; poses are truly turned there."""
     machine, states = variant(name, True), motion(name, 1)
     leaves, structure = jax.tree.flatten(machine)
-    values, paths = np.array(leaves, dtype=float), list(dimensions(machine))
+    paths, dims = list(dimensions(machine)), np.array(leaves, dtype=float)
     # As long as its travel asks for, a rod has no derivative where that starts from zero.
-    values = np.where([path.endswith("travel.1") for path in paths] * (values == 0), -2e-3, values)
-    units = np.eye(MOST_DIMENSIONS, len(values))  # one size for all machines, for JAX to know its operations again
-    steps = 1e-3 * np.where(values == 0, 0.1, np.abs(values))
+    dims = np.where([path.endswith("travel.1") for path in paths] * (dims == 0), -2e-3, dims)
+    machine = jax.tree.unflatten(structure, dims.tolist())
+    pose, twist, rise = part(states.pose, [0]), states.twist[:1], states.rise[:1]
+    around = eq.Surroundings(Vec(*states.gravity), wrench_of(states.load[:1]), CREEP)
 
-    def forces(dims: Any) -> Any:
-        return forces_of(jax.tree.unflatten(structure, list(dims)), states, np.zeros(18))
+    @jax.jit
+    def forces(dims: Any, pose: Frame, twist: Any, rise: Any) -> Any:
+        bodies = Bodies.of(jax.tree.unflatten(structure, list(dims)))
+        stand = [group.stand(pose, states.signs) for group in bodies.alike()]
+        state = eq.State(pose, twist_of(twist))
+        return jnp.concatenate(eq.inverse_dynamics(bodies, state, twist_of(rise), stand, around).force)
 
-    slopes = np.asarray(jax.vmap(lambda unit: jax.jvp(forces, (values,), (unit,))[1])(units))[: len(values)].T
-    beside = np.asarray([jax.vmap(forces)(values + place * steps * units)[: len(values)] for place in PLACES])
-    differences = np.einsum("k,kij->ji", WEIGHTS, beside) / steps
-    size = np.abs(beside).max()
-    for path, slope, difference, value in zip(paths, slopes.T, differences.T, np.abs(values), strict=True):
-        assert slope == pytest.approx(difference, rel=1e-6, abs=1e-6 * size / (value or 1.0)), path
-    matter = np.abs(slopes).max(axis=0) * np.abs(values) > 1e-4 * size
-    assert matter.sum() > 20
+    def displaced(d: np.ndarray) -> np.ndarray:
+        there = turned(exponential(d[3:6]), pose, d[:3])
+        return np.asarray(forces(dims + d[18:], there, twist + d[6:12], rise + d[12:18]))
 
-
-@pytest.mark.parametrize("name", SLOPES)
-def test_derivatives_with_respect_to_the_state(name: str) -> None:
-    """Of poses by a first-order displacement, against states that are truly turned."""
-    machine, states = variant(name, True), motion(name, 1)
-    slopes = np.asarray(jax.jacfwd(lambda d: forces_of(machine, states, d))(jnp.zeros(18)))
-    steps = np.r_[np.full(3, 2e-5), np.full(3, 1e-3), np.full(12, 3e-4)]
-    moved = (PLACES[:, None, None] * np.diag(steps)).reshape(-1, 18)
-    poses = joined_poses([turned(exponential(d[3:6]), part(states.pose, [0]), d[:3]) for d in moved])
-    twists, rises = states.twist[0] + moved[:, 6:12], states.rise[0] + moved[:, 12:]
-    given = eq.State(poses, twist_of(twists)), twist_of(rises), wrench_of(states.load[:1])
-    found = drive_motion(states.case(machine, CREEP), *given).force.reshape(4, 18, 6)
-    differences = np.einsum("k,kij->ji", WEIGHTS, found) / steps
-    size = np.repeat(np.abs(differences).reshape(6, 6, 3).max(axis=(0, 2)), 3)
-    np.testing.assert_allclose(slopes / size, differences / size, rtol=0, atol=1e-6)
-    task, actuators = equations(states.case(machine), states.state)
-    close(slopes[:, 12:].T, (actuators.inertia[0] @ task.jacobian[0]).T, 1e-9)
-
-
-def test_slopes_are_those_of_the_kernel() -> None:
-    machine, states = variant("azulay", True), motion("azulay", 1)
-    state, rise, load = (jax.tree.map(lambda c: float(np.atleast_1d(c)[0]), t) for t in states.given)
+    steps = np.r_[np.full(3, 2e-5), np.full(3, 1e-3), np.full(12, 3e-4), 1e-3 * np.where(dims == 0, 0.1, np.abs(dims))]
     with compiler(True):
-        found = force_slopes(states.case(machine, CREEP), state, rise, load)
-    slopes = np.asarray(jax.jacfwd(lambda d: forces_of(machine, states, d))(jnp.zeros(18)))
-    for own, expected in zip(found[1:], np.split(slopes, 3, axis=1), strict=True):
-        close(own.T, expected.T, 1e-9)
-    leaves, structure = jax.tree.flatten(machine)
-    wanted = ("chains.leg.elements.link.length", "chains.leg.elements.guide.radius", "chains.leg.platform_joint.radius",
-              "chains.leg.elements.slide.friction", "materials.steel.density")  # fmt: skip
-    for path in wanted:
-        place = list(dimensions(machine)).index(path)
-
-        def forces(value: Any, place: int = place) -> Any:
-            changed = jax.tree.unflatten(structure, [*leaves[:place], value, *leaves[place + 1 :]])
-            return forces_of(changed, states, np.zeros(18))
-
-        close(found.dimensions[path], jax.jacfwd(forces)(leaves[place]), 1e-9)
+        state, ahead, load = (jax.tree.map(lambda c: float(c[0]), t) for t in states.given)
+        found = force_slopes(states.case(machine, CREEP), state, ahead, load)
+        beside = np.array([[displaced(place * step) for step in np.diag(steps)] for place in PLACES])
+    differences = np.einsum("k,kij->ji", WEIGHTS, beside) / steps
+    for own, expected in zip(found[1:], np.split(differences[:, :18], 3, axis=1), strict=True):
+        close(own, expected, 1e-6)
+    size = np.abs(beside).max()
+    assert list(found.dimensions) == paths
+    for slope, difference, path, value in zip(found.dimensions.values(), differences.T[18:], paths, np.abs(dims), strict=True):
+        assert slope == pytest.approx(difference, rel=1e-6, abs=1e-6 * size / (value or 1.0)), path
+    assert np.sum(np.abs(differences[:, 18:]).max(axis=0) * np.abs(dims) > 1e-4 * size) > 20, "most dimensions matter"
+    task, actuators = equations(states.case(machine), states.state)
+    close(found.acceleration, actuators.inertia[0] @ task.jacobian[0], 1e-9)
 
 
 # What it is made of

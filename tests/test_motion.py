@@ -52,13 +52,13 @@ def smooth_run(resisting: bool = False) -> MotionReport:
     """A smooth way through four poses; with friction also under a load, or by its weight alone."""
     machine = rough() if resisting else load("azulay")
     trajectory = timed([through(POSES, 0.018)], t.Limits())
-    return motion(machine, trajectory, loading=LOADING if resisting else None, samples=250)
+    return motion(machine, trajectory, loading=LOADING if resisting else None, samples=200)
 
 
 def go(to: Any, tilt: float = 0.0, start: Any = HOME, **options: Any) -> MotionReport:
     """Straight from home, or elsewhere."""
     way = straight(zyz_frame(start, 0, 0, 0), zyz_frame(to, 0, tilt, 0))
-    return motion("azulay", timed([way], t.Limits()), **({"samples": 250} | options))
+    return motion("azulay", timed([way], t.Limits()), **({"samples": 200} | options))
 
 
 def state_at(report: MotionReport, times: np.ndarray) -> tuple[State, Any]:
@@ -190,8 +190,8 @@ def test_sizing_against_plain_numpy(resisting: bool) -> None:
 
 def test_peaks_and_means_do_not_depend_on_the_samples() -> None:
     """RMS and mean to second order in the step; times of the peaks are where the poses are told."""
-    coarse = smooth_run()
-    fine = motion("azulay", coarse.trajectory, samples=2000)
+    run = smooth_run()
+    coarse, fine = (motion("azulay", run.trajectory, samples=n) for n in (120, 240))
     for one, two in zip(coarse.sizing, fine.sizing, strict=True):
         assert one.rms_force == pytest.approx(two.rms_force, rel=5e-3)
         assert one.mean_power == pytest.approx(two.mean_power, rel=2e-2)
