@@ -24,8 +24,10 @@ def in_batches(kernel: Callable[[Any], Any], cases: Any) -> Any:
 
     def slices() -> Iterator[Any]:
         for start in range(0, count, size):
-            index = np.minimum(np.arange(start, start + size), count - 1)
-            yield jax.tree.unflatten(structure, [column[index] for column in columns])
+            part = [column[start : start + size] for column in columns]
+            if count - start < size:  # filled up with the last case
+                part = [np.concatenate([c, np.broadcast_to(c[-1], size - len(c))]) for c in part]
+            yield jax.tree.unflatten(structure, part)
 
     found = list(in_threads(lambda part: jax.tree.map(np.asarray, kernel(part)), slices()))
     return jax.tree.map(lambda *parts: np.concatenate(parts)[:count], *found)

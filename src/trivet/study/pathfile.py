@@ -12,21 +12,23 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from trivet.errors import InputError
 from trivet.model.complaint import one_complaint
-from trivet.model.quantity import AngleValue, Length, Quantity
+from trivet.model.quantity import (
+    Acceleration,
+    AngleValue,
+    AngularAcceleration,
+    AngularJerk,
+    AngularSpeed,
+    Duration,
+    Jerk,
+    Length,
+    Speed,
+)
 from trivet.model.section import STRICT
 from trivet.model.toml import read_toml
 from trivet.space.curve import Limits, Trajectory, straight, through, timed
 from trivet.space.pose import zyz_frame
 
 MOST_POSES = 10_000
-
-Duration = Annotated[float, Quantity("time", "s", "s", positive=True)]
-Speed = Annotated[float, Quantity("speed", "m/s", "m/s", positive=True)]
-Acceleration = Annotated[float, Quantity("acceleration", "m/s^2", "m/s^2", positive=True)]
-Jerk = Annotated[float, Quantity("jerk", "m/s^3", "m/s^3", positive=True)]
-AngularSpeed = Annotated[float, Quantity("angular speed", "rad/s", "rad/s", positive=True)]
-AngularAcceleration = Annotated[float, Quantity("angular acceleration", "rad/s^2", "rad/s^2", positive=True)]
-AngularJerk = Annotated[float, Quantity("angular jerk", "rad/s^3", "rad/s^3", positive=True)]
 
 
 @dataclass(frozen=True)
