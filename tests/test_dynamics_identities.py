@@ -84,17 +84,17 @@ def test_along_a_curve(name: str) -> None:
     still, stored = rate(kinetic), rate(potential)
     twist, lost = states.twist, np.sum(states.twist * task.friction, axis=1)
     driven = np.sum(twist * (np.einsum("nij,nj->ni", task.inertia, states.rise) + task.coriolis), axis=1)
-    close(driven, still, 1e-7)
-    close(np.sum(twist * task.gravity, axis=1), stored, 1e-7)
+    close(driven, still, 1e-8)
+    close(np.sum(twist * task.gravity, axis=1), stored, 1e-8)
     given = np.sum(now.force * now.speed, axis=1) + np.sum(states.load * twist, axis=1)
-    close(given, still + stored + lost, 1e-7)
+    close(given, still + stored + lost, 1e-8)
     assert np.all(lost > 0)
     rows = equations(case, curve).task.jacobian
-    close(now.acceleration, rate(np.einsum("nij,nj->ni", rows, np.concatenate(twists))), 1e-7)
+    close(now.acceleration, rate(np.einsum("nij,nj->ni", rows, np.concatenate(twists))), 1e-8)
     with compiler(True):
         coordinates = np.asarray(drives_at(machine, curve.pose, states.signs)).reshape(5, -1, 6)
         close(rows[-1], np.asarray(inverse_jacobian(machine, part(curve.pose, -1), states.signs)))
-    close(now.speed, rate(np.unwrap(coordinates, axis=0).reshape(-1, 6)), 1e-7)
+    close(now.speed, rate(np.unwrap(coordinates, axis=0).reshape(-1, 6)), 1e-8)
 
 
 def check_forms(terms: Equations, found: DriveMotion, states: Motion, kinetic: np.ndarray) -> None:
@@ -324,7 +324,7 @@ def test_elimination_of_arrays() -> None:
     np.testing.assert_allclose(found, np.linalg.solve(matrix, right), rtol=1e-8)
     ratio = determinants / np.linalg.det(matrix)
     np.testing.assert_allclose(ratio, ratio[0], rtol=1e-9)
-    np.testing.assert_allclose(slope, -np.linalg.solve(matrix, way @ np.linalg.solve(matrix, right)), rtol=1e-7)
+    np.testing.assert_allclose(slope, -np.linalg.solve(matrix, way @ np.linalg.solve(matrix, right)), rtol=1e-8)
 
 
 def test_a_column_of_known_zeros_is_singular() -> None:

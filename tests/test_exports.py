@@ -270,21 +270,18 @@ def test_trees_stand_at_home(name: str) -> None:
                     q[own.idx_q : own.idx_q + 2] = float(part.cos), float(part.sin)
                 else:
                     q[own.idx_q] = math.atan2(part.sin, part.cos)
-    leg = stands[0].leg
-    seat = home.shift(leg.platform_frame().origin)
-    ball = [isinstance(e, Spherical) for e in leg.chain.elements]
-    if any(ball):
-        # A ball does not say how it stands: its three hinges take what turns the platform home.
-        first = next(f"{leg.name}.{e.name}" for e in leg.chain.elements if isinstance(e, Spherical))
-        if ball[-1]:
-            _turn_ball(pin, model, data, q, first, np.array(home.place(leg.platform_frame()).matrix(), dtype=float))
+    leg, steps = stands[0].leg, stands[0].steps
+    seat = home.place(leg.platform_frame())
+    # A ball does not say how it stands: its three hinges take what turns the body beyond it home.
+    beyond = [frame for _, frame, _ in steps[1:]] + [seat]
+    for (element, _, _), frame in zip(steps, beyond, strict=True):
+        if isinstance(element, Spherical):
+            _turn_ball(pin, model, data, q, f"{leg.name}.{element.name}", np.array(frame.matrix(), dtype=float))
     pin.framesForwardKinematics(model, data, q)
-    if not any(ball) or ball[-1]:
-        at = data.oMf[model.getFrameId("platform-centre")]
-        np.testing.assert_allclose(at.translation, np.array(home.origin, dtype=float), rtol=0, atol=1e-12)
-        np.testing.assert_allclose(at.rotation, np.array(home.matrix(), dtype=float), rtol=0, atol=1e-12)
-        at = data.oMf[model.getFrameId("platform")]
-        np.testing.assert_allclose(at.translation, np.array(seat.origin, dtype=float), rtol=0, atol=1e-12)
+    for link, frame in (("platform", seat), ("platform-centre", home)):
+        at = data.oMf[model.getFrameId(link, pin.FrameType.BODY)]
+        np.testing.assert_allclose(at.translation, np.array(frame.origin, dtype=float), rtol=0, atol=1e-12)
+        np.testing.assert_allclose(at.rotation, np.array(frame.matrix(), dtype=float), rtol=0, atol=1e-12)
     assert sum(i.mass for i in model.inertias) == pytest.approx(sum(t.pose(machine).masses.values()), rel=1e-12)
 
 

@@ -1,10 +1,9 @@
-"""Motions along a path: what drives must do, against energies and plain NumPy; where a path leaves the machine; path files."""
+"""Motions along a path: what drives must do, against energies and plain NumPy; where a path leaves the machine."""
 
 from __future__ import annotations
 
 import re
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,6 @@ from trivet.model import Machine, document_of, load, parse
 from trivet.space.curve import circle, straight, through, timed
 from trivet.space.pose import zyz_frame
 from trivet.study.motion import FEWEST, MOST, MotionReport, motion
-from trivet.study.pathfile import read_path
 
 HOME = (0.0, 0.0, 0.125)
 POSES = (
@@ -189,11 +187,11 @@ def test_sizing_against_plain_numpy(resisting: bool) -> None:
 
 
 def test_peaks_and_means_do_not_depend_on_the_samples() -> None:
-    """RMS and mean to second order in the step; times of the peaks are where the poses are told."""
+    """But for what a coarser look misses; the pose of a peak is that at its time."""
     run = smooth_run()
     coarse, fine = (motion("azulay", run.trajectory, samples=n) for n in (120, 240))
     for one, two in zip(coarse.sizing, fine.sizing, strict=True):
-        assert one.rms_force == pytest.approx(two.rms_force, rel=5e-3)
+        assert one.rms_force == pytest.approx(two.rms_force, rel=2e-2)
         assert one.mean_power == pytest.approx(two.mean_power, rel=2e-2)
         assert one.force.value == pytest.approx(two.force.value, rel=1e-2)
     place, angles = fine.pose_at(fine.sizing[0].force.time)
@@ -304,121 +302,7 @@ def test_machines_that_have_no_motion() -> None:
     way = timed([circle(zyz_frame(HOME, 0, 0, 0), 0.002)], t.Limits())
     with pytest.raises(t.InputError, match="azulay: 3 drives for the platform's six freedoms; lock or release drives"):
         motion(changed(load("azulay"), {"guide": {"actuated": None}}), way)
-    struts = {name: {"beam": None, "mass": None} for name in ("strut",)}
-    weightless = changed(load("gough-stewart"), struts, platform={"mass": "1 kg"})
+    weightless = changed(load("gough-stewart"), {"strut": {"beam": None}}, platform={"mass": "1 kg"})
     way = timed([circle(zyz_frame((0, 0, 0.35), 0, 0, 0), 0.002)], t.Limits())
     with pytest.raises(t.InputError, match="its masses leave a motion of the platform without inertia"):
         motion(weightless, way)
-
-
-PATH = """
-format = 1
-corners = "stop"
-duration = "2500 ms"
-[limits]
-speed = "80 mm/s"
-acceleration = "0.5 m/s^2"
-jerk = "20 m/s^3"
-angular_speed = "30 deg/s"
-angular_acceleration = "8 rad/s^2"
-angular_jerk = "300 rad/s^3"
-[[poses]]
-position = ["0 mm", "0 mm", "125 mm"]
-[[poses]]
-position = ["4 mm", "-0.2 cm", "0.13 m"]
-azimuth = "30 deg"
-tilt = "0.1 rad"
-roll = "-5 deg"
-[[poses]]
-position = ["0 mm", "0 mm", "125 mm"]
-tilt = "5 deg"
-"""
-
-
-def test_path_files_have_units(tmp_path: Path) -> None:
-    (tmp_path / "p.toml").write_text(PATH)
-    path = read_path(tmp_path / "p.toml")
-    limits = path.limits.over(t.Limits())
-    wanted = t.Limits(0.08, 0.5, 20.0, np.radians(30), 8.0, 300.0)
-    for pair, theirs in zip(limits.pairs, wanted.pairs, strict=True):
-        assert pair == pytest.approx(theirs, rel=1e-14)
-    trajectory = path.trajectory(0.018)
-    assert (trajectory.duration, len(trajectory.laws)) == (pytest.approx(2.5), 2)
-    second = zyz_frame((0.004, -0.002, 0.13), np.radians(30), 0.1, np.radians(-5))
-    found = trajectory.at(np.array([trajectory.laws[0].duration])).pose
-    np.testing.assert_allclose([c[0] for v in found for c in v], [c for v in second for c in v], rtol=0, atol=1e-12)
-
-
-def test_path_files_leave_most_open(tmp_path: Path) -> None:
-    """Smooth, upright, as fast as the standard limits allow; one limit alone leaves the others as they are."""
-    bare = '[limits]\nspeed = "50 mm/s"\n' + PATH[PATH.index("[[poses]]") :]
-    (tmp_path / "p.toml").write_text(bare)
-    path = read_path(tmp_path / "p.toml")
-    assert path.limits.over(t.Limits()) == t.Limits(speed=0.05)
-    trajectory, (last,) = path.trajectory(0.018), path.poses[2:]
-    poses = [zyz_frame(p.position, p.azimuth, p.tilt, p.roll) for p in path.poses]
-    assert (last.azimuth, last.roll) == (0.0, 0.0)
-    own = timed([through(poses, 0.018)], t.Limits(speed=0.05))
-    assert trajectory.duration == own.duration
-    times = np.linspace(0, own.duration, 7)
-    np.testing.assert_array_equal(trajectory.at(times).pose.origin, own.at(times).pose.origin)
-
-
-WRONG = [
-    ('"2500 ms"', '"2500 mm"', "duration"),
-    ('"2500 ms"', "2.5", "duration"),
-    ('"2500 ms"', '"0 s"', "duration"),
-    ('"2500 ms"', '"1 ms"', "duration: 0.001 s is too short"),
-    ("format = 1", "format = 2", "format"),
-    ('"stop"', '"round"', "corners"),
-    ("speed =", "sped =", "sped"),
-    ('"80 mm/s"', '"80 mm"', "limits.speed"),
-    ('"0.5 m/s^2"', '"-0.5 m/s^2"', "limits.acceleration"),
-    ('"20 m/s^3"', '"20 m/s^2"', "limits.jerk"),
-    ('"30 deg/s"', '"30 deg"', "limits.angular_speed"),
-    ('"8 rad/s^2"', "[8]", "limits.angular_acceleration"),
-    ('"300 rad/s^3"', '"nan rad/s^3"', "limits.angular_jerk"),
-    ('"4 mm", ', "", "poses.2.position"),
-    ('"4 mm"', '"4 N"', "poses.2.position.1"),
-    ('"30 deg"\ntilt', '"30 mm"\ntilt', "poses.2.azimuth"),
-    ('"0.1 rad"', '"inf rad"', "poses.2.tilt"),
-    ("roll =", "rol =", "rol"),
-    ('position = ["0 mm", "0 mm", "125 mm"]\ntilt', "tilt", "poses.3.position"),
-    ("[[poses]]", "[[pose]]", "poses: missing"),
-    ("format = 1", "format = ", "is not TOML"),
-]
-
-
-@pytest.mark.parametrize(("old", "new", "key"), WRONG, ids=[f"{old} {new}" for old, new, _ in WRONG])
-def test_faults_of_path_files_are_one_line_with_the_key(old: str, new: str, key: str, tmp_path: Path) -> None:
-    assert old in PATH
-    file = tmp_path / "p.toml"
-    file.write_text(PATH.replace(old, new))
-    with pytest.raises(t.InputError) as error:
-        read_path(file).trajectory(0.018)
-    assert key in str(error.value)
-    assert len(str(error.value).splitlines()) == 1
-
-
-def test_path_files_with_one_pose_or_none(tmp_path: Path) -> None:
-    file, head, poses = tmp_path / "p.toml", *PATH.split("[[poses]]", 1)
-    for text, words in (
-        (head, "poses: missing"),
-        (head.replace("format", "poses = []\nformat"), "poses"),
-        (head + "[[poses]]" + poses.split("[[poses]]")[0], "poses"),
-        ("x" * 2_000_000, "larger than"),
-    ):
-        file.write_text(text)
-        with pytest.raises(t.InputError, match=words) as error:
-            read_path(file)
-        assert str(error.value).startswith(str(file))
-    for name in (tmp_path, tmp_path / "nowhere.toml"):
-        with pytest.raises(t.InputError, match=r"a path file was expected|cannot be read"):
-            read_path(name)
-    file.write_text(
-        PATH.replace(
-            '["4 mm", "-0.2 cm", "0.13 m"]\nazimuth = "30 deg"\ntilt = "0.1 rad"\nroll = "-5 deg"', '["0 mm", "0 mm", "125 mm"]'
-        )
-    )
-    with pytest.raises(t.InputError, match=r"no extent|where the pose 1 is"):
-        read_path(file).trajectory(0.018)

@@ -59,7 +59,7 @@ def falling(anyway: bool) -> Simulation:
 
 @cache
 def rubbing() -> Simulation:
-    return simulate(rough(), 0.02, **KICK, samples=SAMPLES, forces={"leg-2.slide": 1.5})
+    return simulate(rough(), 0.01, **KICK, samples=SAMPLES, forces={"leg-2.slide": 1.5})
 
 
 def columns(*vectors: Vec) -> np.ndarray:
@@ -142,7 +142,7 @@ def test_friction_takes_what_it_should() -> None:
     power = np.einsum("na,na->n", task.friction, columns(*result.state.twist))
     assert np.all(power >= 0)
     lost = result.balance.dissipated
-    assert lost[-1] > 0.3 * result.balance.kinetic[0]
+    assert lost[-1] > 0.1 * result.balance.kinetic[0]
     assert np.all(np.diff(lost) > -1e-15)
     for upto in (30, 60, 100):
         assert lost[upto] == pytest.approx(simpson(power[: upto + 1], x=result.time[: upto + 1]), rel=1e-3)
@@ -301,7 +301,12 @@ def test_machines_that_cannot_be_simulated() -> None:
         t.InputError, match=r"^leg-1\.guide: a drive without stiffness is rigid and no spring; give guide\.stiff"
     ):
         simulate(changed(load("azulay"), RIGID), 0.01)
-    with pytest.raises(t.NoResultError, match="cannot hold this pose: it is singular"):
-        simulate("azulay", 0.01, (0.018, 0, 0.125), anyway=True)
     with pytest.raises(t.NoResultError, match="not reached: leg-1 cannot close"):
         simulate("azulay", 0.01, (0, 0, 0.5), anyway=True)
+
+
+@pytest.mark.parametrize("x", [0.018, 0.018 - 1e-7])
+def test_singular_starts_are_refused(x: float) -> None:
+    """As `dynamics_report` refuses them; there no forces of the drives hold the machine, whatever their size."""
+    with pytest.raises(t.NoResultError, match="singular"):
+        simulate("azulay", 0.01, (x, 0, 0.125), anyway=True, samples=SAMPLES)

@@ -49,7 +49,8 @@ class Prismatic(Drivable):
         if self.beam is None or self.travel is None:
             return None
         low, high = self.travel
-        return Rod(self.axis, -jnp.maximum(high, 0.0), -jnp.minimum(low, 0.0), self.beam)
+        # Not the maximum, whose slope at zero is neither that of a longer nor that of a shorter travel.
+        return Rod(self.axis, -jnp.where(high > 0, high, 0.0), -jnp.where(low < 0, low, 0.0), self.beam)
 
     @property
     def axis_of_body(self) -> Direction:
