@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from machines import changed, drives_of
+from scipy.spatial.transform import Rotation
 from test_dynamics import variant
 from test_mujoco import Model
 
@@ -236,6 +237,22 @@ def test_trees_are_trees(name: str) -> None:
     assert f"Joints that are missing: {', '.join(lost)}." in tree_of(name)
 
 
+@pytest.mark.parametrize(
+    ("name", "link", "axis", "middle"),
+    [
+        ("azulay", "leg-1.hinge", (1, 0, 0), (-0.108, 0, 0)),
+        ("tahmasebi", "leg-2.ball.3", (0, 0, 1), (0, 0, 0.075)),
+    ],
+)
+def test_trees_draw_rods_where_they_are(name: str, link: str, axis: Any, middle: Any) -> None:
+    """A cylinder lies along z of its own frame, which is turned about the fixed axes x, y and z in succession."""
+    origin = ET.fromstring(tree_of(name)).find(f"link[@name='{link}']/visual/origin")
+    assert origin is not None
+    turn = Rotation.from_euler("xyz", numbers(origin.attrib["rpy"])).as_matrix()
+    np.testing.assert_allclose(np.abs(turn[:, 2]), axis, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(numbers(origin.attrib["xyz"]), middle, rtol=0, atol=1e-12)
+
+
 def test_trees_say_where_home_is() -> None:
     at = home_pose(load("azulay"))
     home = Frame(*(Vec(*(np.array([float(c)]) for c in v)) for v in at))
@@ -287,8 +304,6 @@ def test_trees_stand_at_home(name: str) -> None:
 
 def _turn_ball(pin: Any, model: Any, data: Any, q: np.ndarray, name: str, wanted: np.ndarray) -> None:
     """Set the three hinges of a ball about x, y and z in succession so that the link beyond stands as wanted."""
-    from scipy.spatial.transform import Rotation
-
     pin.framesForwardKinematics(model, data, q)
     before = data.oMi[model.parents[model.getJointId(f"{name}.1")]] * model.jointPlacements[model.getJointId(f"{name}.1")]
     angles = Rotation.from_matrix(before.rotation.T @ wanted).as_euler("XYZ")

@@ -25,7 +25,8 @@ from trivet.errors import NoResultError, TrivetError
 from trivet.files import replacing
 from trivet.interop.rod_mesh import rod_mesh
 from trivet.kinematics.jacobian import actuator_names
-from trivet.kinematics.mode import parse_mode
+from trivet.kinematics.mode import mode_text, parse_mode
+from trivet.kinematics.singularity import singularity
 from trivet.kinematics.standing import Standing, home_pose, stand
 from trivet.kinematics.walk import Coordinate
 from trivet.model import Machine
@@ -49,9 +50,6 @@ _LOOPS = {"solref": "0.0002 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
 
 _GRAVITY = (0.0, 0.0, -STANDARD_GRAVITY)
 """Acceleration of free fall in the model, m/s^2."""
-
-_GREATEST = 1e9
-"""Force (N, N m) beyond which a drive holds nothing."""
 
 _MOTE, _MOTE_INERTIA = 1e-12, 1e-13
 """Mass (kg) and moment of inertia (kg m^2) for a body that has none; MuJoCo wants more than 1e-15 and 1e-14."""
@@ -185,11 +183,10 @@ def _holding_forces(machine: Machine, pose: Frame, signs: Any) -> Iterable[float
         InputError: unless six drives move the platform's six freedoms.
         NoResultError: at a singular pose.
     """
+    if singularity(machine, pose, mode_text(machine, signs) or None).type:
+        raise NoResultError("the pose is singular")
     still = Twist(ZERO, ZERO)
-    forces = drive_motion(Case(machine, signs, _GRAVITY), State(pose, still), still).force[0]
-    if not np.all(np.abs(forces) < _GREATEST):
-        raise NoResultError("the drives cannot hold this pose, which is singular")
-    return [float(force) for force in forces]
+    return [float(force) for force in drive_motion(Case(machine, signs, _GRAVITY), State(pose, still), still).force[0]]
 
 
 def write_mjcf(machine: MachineLike, path: str | os.PathLike[str], *, mode: str | None = None, overwrite: bool = False) -> None:

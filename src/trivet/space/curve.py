@@ -24,7 +24,7 @@ Array = NDArray[Any]
 SAMPLES = 10_000
 """Places of a curve, and times of a motion, at which limits are looked at."""
 
-SPARE = 1e-3
+SPARE = 1e-5
 """By how much a bent way is run through slower than the samples ask for: peaks lie between them."""
 
 
@@ -87,7 +87,10 @@ def through(poses: Sequence[Frame], length: float) -> Curve:
     quaternions = turns.as_quat(scalar_first=True)
     for k in range(1, len(poses)):  # the nearer of the two quaternions of a turn
         quaternions[k] *= math.copysign(1.0, quaternions[k] @ quaternions[k - 1])
-    spline = make_interp_spline(knots, np.hstack([places, quaternions]), k=min(5, len(poses) - 1))
+    # Natural ends, where the degree leaves them open: others swing out before the first pose and after the last.
+    degree = min(5, len(poses) - 1)
+    ends = ([(3, np.zeros(7)), (4, np.zeros(7))],) * 2 if degree == 5 else None
+    spline = make_interp_spline(knots, np.hstack([places, quaternions]), k=degree, bc_type=ends)
     slopes, bends = spline.derivative(), spline.derivative(2) if len(poses) > 2 else None
 
     def at(s: Array) -> Course:
@@ -261,15 +264,18 @@ def _fastest(curve: Curve, limits: Limits) -> TimeLaw:
     # Exact on a straight way; where the way bends, more comes of it, and the law is slowed down until that fits too.
     bounds = [min(limit / size for limit, size in zip(pair, sizes, strict=True) if size > 1e-12) for pair in limits.pairs]
     law = TimeLaw(curve, _rest_to_rest(*bounds), 1.0)
-    times = np.linspace(0.0, law.duration, SAMPLES)
+    # Jerks jump: they are looked at on either side of every switch, over a time in which nothing else changes.
+    short = 1e-6 * law.duration
+    times = np.concatenate([np.linspace(0.0, law.duration, SAMPLES), law.switches - 2 * short, law.switches + 2 * short])
+    times = np.clip(times, short, law.duration - short)
     found = law.at(times)
-    jerk = np.diff(found[:, 18:], axis=0) / np.diff(times)[:, None]
+    jerk = (law.at(times + short)[:, 18:] - law.at(times - short)[:, 18:]) / (2 * short)
     excess = 1.0
     for order, (values, pair) in enumerate(zip((found[:, 12:18], found[:, 18:], jerk), limits.pairs, strict=True), start=1):
         for limit, part in zip(pair, (values[:, :3], values[:, 3:]), strict=True):
             excess = max(excess, (np.linalg.norm(part, axis=1).max() / limit) ** (1 / order))
     # Rounding of a law that is exactly within its limits is no reason to slow it down.
-    return TimeLaw(curve, law.law, excess * (1 + SPARE) if excess > 1 + 1e-6 else 1.0)
+    return TimeLaw(curve, law.law, excess * (1 + SPARE) if excess > 1 + 1e-7 else 1.0)
 
 
 def _rest_to_rest(speed: float, acceleration: float, jerk: float) -> Any:

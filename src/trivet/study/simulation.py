@@ -22,6 +22,7 @@ from trivet.kinematics.approach import chain_gap
 from trivet.kinematics.jacobian import actuators
 from trivet.kinematics.mode import closed_form_signs
 from trivet.kinematics.report import joint_states, shortfall, travel_excess
+from trivet.kinematics.singularity import singularity
 from trivet.model import Machine
 from trivet.model.elements import Prismatic
 from trivet.space.batches import in_batches
@@ -48,6 +49,10 @@ TOLERANCE = 1e-10
 """Relative error per step."""
 CREEP = 1e-4
 """Speed (m/s, rad/s) around which Coulomb friction passes through zero."""
+KEPT = 1e-6
+"""Error of the energy balance, relative to what moved, at which a run has met what it cannot pass."""
+LEAST_ENERGY = 1e-15
+"""Energy (J) below which nothing moved."""
 CHECKS = 20
 """Times at which the loops are closed once more, joint by joint."""
 
@@ -101,7 +106,7 @@ class Simulation:
         """(n,): how far the energy balance is off, relative to the greatest energy that moved."""
         total = self.balance.total
         moving = np.max(self.balance.kinetic), np.ptp(self.balance.potential), np.ptp(self.balance.springs)
-        return np.asarray((total - total[0]) / (max(float(size) for size in moving) or 1.0))
+        return np.asarray((total - total[0]) / max(LEAST_ENERGY, *(float(size) for size in moving)))
 
     @cached_property
     def gap(self) -> float:
@@ -156,7 +161,7 @@ def simulate(
     Raises:
         InputError: for a machine with a chain without closed form, or other than six drives; for a drive without stiffness that
             should be a spring; for a step too large for the fastest vibration.
-        NoResultError: when the machine does not reach the pose from which it should start, or cannot be held there.
+        NoResultError: when the machine does not reach the pose from which it should start, or that is singular.
     """
     chosen = choose(machine)
     if not (duration > 0 and math.isfinite(duration)):
@@ -193,6 +198,8 @@ class _Run:
         self.bodies = jax.tree.map(jnp.asarray, Bodies.of(at.machine))
         self.signs, self.acting, self.steps = jnp.asarray(signs), acting, steps
         self.taken = 0
+        self.total: float | None = None
+        self.moved = LEAST_ENERGY
 
     def through(
         self, unknowns: Array, times: Array, progress: Callable[[int, int], None] | None
@@ -229,32 +236,48 @@ class _Run:
         filled = np.concatenate([times, np.full(PIECE + 1 - len(times), times[-1])])
         return self._piece(unknowns, filled)[: len(times)]
 
-    def _states(self, unknowns: Array) -> Any:
-        pose = jax.tree.map(np.asarray, recorded(self.bodies, self.signs, self.acting, unknowns)).state.pose
-        return in_batches(lambda frames: joint_states(self.machine, frames, self.signs), pose)
-
     def _fails(self, unknowns: Array) -> Array:
-        """Where it got stuck, does not reach, or is outside its travel."""
+        """Where it got stuck, does not reach, is outside its travel, or has lost energy: at a Type 1 singularity."""
         sound = np.all(np.isfinite(unknowns), axis=1)
-        states = self._states(np.where(sound[:, None], unknowns, unknowns[0]))
+        seen = self._recorded(np.where(sound[:, None], unknowns, unknowns[0]))
+        balance = seen.balance
+        if self.total is None:
+            self.total = float(balance.total[0])
+        moving = balance.kinetic.max(), np.ptp(balance.potential), np.ptp(balance.springs)
+        kept = np.abs(balance.total - self.total) < KEPT * max(self.moved, *(float(size) for size in moving))
+        states = self._states(seen.state.pose)
         outside = np.any(travel_excess(states) > 0, axis=1) & (not self.anyway)
-        failed: Array = ~sound | outside | ~np.all(states.reach >= 0, axis=1)
+        failed: Array = ~sound | outside | ~kept | ~np.all(states.reach >= 0, axis=1)
+        if not np.any(failed):
+            self.moved = max(self.moved, *(float(size) for size in moving))
         return failed
+
+    def _recorded(self, unknowns: Array) -> Any:
+        return jax.tree.map(np.asarray, recorded(self.bodies, self.signs, self.acting, unknowns))
+
+    def _states(self, pose: Frame) -> Any:
+        return in_batches(lambda frames: joint_states(self.machine, frames, self.signs), pose)
 
     def _narrowed(self, times: Array, found: Array, failed: Array) -> tuple[float, Array, str]:
         """The last time at which all was well, to a millionth of a millionth of the run's piece, and what came then."""
-        reason = "the integration got stuck: a chain is stretched or folded, or forces are beyond all bounds"
+        miss = None
         for _ in range(6):
             k = int(np.argmax(failed[1:])) + 1
             if np.all(np.isfinite(found[k])):
-                miss = shortfall(self.machine, self._states(found[k][None]))
-                reason = reason if miss is None else miss.reason
+                found_miss = shortfall(self.machine, self._states(self._recorded(found[k][None]).state.pose))
+                miss = miss if found_miss is None else found_miss
             times = np.linspace(times[k - 1], times[k], PIECE + 1)
             found = self._piece(found[k - 1], times)
             failed = self._fails(found)
             if not np.any(failed[1:]):
                 break
         k = int(np.argmax(failed[1:])) if np.any(failed[1:]) else len(times) - 1
+        if miss is None or (self.anyway and miss.joint is not None):
+            reach = self._states(self._recorded(found[k][None]).state.pose).reach[0]
+            chain = self.machine.legs[int(np.argmin(reach))].name
+            reason = f"{chain} is stretched or folded, or its carriage on the axis of its guide (a Type 1 singularity)"
+        else:
+            reason = miss.reason
         return float(times[k]), found[k], f"at t = {times[k]:.6g} s: {reason}"
 
 
@@ -277,13 +300,13 @@ def _acting(at: PoseReport, law: Law, loading: Loading, forces: Mapping[str, flo
                 )
             rate[k] = float(joint.stiffness) * float(joint.lever) ** 2
     given = np.array([float(forces.get(name, 0.0)) for name in named])
+    kind = singularity(machine, at.frame, at.mode or None).type
+    if kind in (1, 3) or (kind == 2 and law != "free"):
+        raise NoResultError(f"{machine.name}: no run starts at a Type {kind} singularity; choose another pose to start from")
     if law != "free":
         still = Twist(ZERO, ZERO)
         case, state = Case(machine, at.signs, loading.gravity), State(at.frame, still)
-        held = drive_motion(case, state, still, loading.on(machine, at.frame)).force[0]
-        if not np.all(np.isfinite(held)) or np.abs(held).max() > 1e9:
-            raise NoResultError(f"{machine.name}: the drives cannot hold this pose: it is singular")
-        given = given + held
+        given = given + drive_motion(case, state, still, loading.on(machine, at.frame)).force[0]
     point = (machine.platform.tool_tip or _NONE) if loading.point is None else loading.point
     coordinates = [float(row.coordinate) for row in at.joints if row.actuated]
     order = [row.name for row in at.joints if row.actuated]
