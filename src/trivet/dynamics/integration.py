@@ -27,6 +27,9 @@ from trivet.space.scalar import Scalar
 from trivet.space.screw import Twist, Wrench
 from trivet.space.vector import Vec
 
+MOST_STEPS = 1_000_000
+"""Of one call: where steps shrink without end it gets stuck, not lost."""
+
 
 class Acting(NamedTuple):
     """What acts on a machine in a simulation."""
@@ -95,8 +98,9 @@ def advance(bodies: Bodies, signs: Array, acting: Acting, steps: Steps, unknowns
             dtmin=1e-9 * steps.longest,
             force_dtmin=False,
         ),
-        max_steps=None,
+        max_steps=MOST_STEPS,
         throw=False,
+        adjoint=diffrax.ForwardMode(),  # the one that neither keeps nor recomputes steps
     )
     return Run(found.ys, found.stats["num_steps"])
 

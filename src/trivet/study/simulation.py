@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Any, Literal
 
 import jax
@@ -38,7 +39,11 @@ Law = Literal["springs", "hold", "free"]
 LAWS = ("springs", "hold", "free")
 
 PIECE = 50
-"""Samples per call of the integrator; between calls progress is told and limits are looked at."""
+"""Most samples per call of the integrator; between calls progress is told and limits are looked at."""
+CALL = 10_000
+"""Steps per call, about."""
+MOST_STEPS = 100_000_000
+"""Steps of a run; as many take hours."""
 MOST_SAMPLES = 200_000
 
 STEP = 0.1
@@ -205,36 +210,42 @@ class _Run:
         self, unknowns: Array, times: Array, progress: Callable[[int, int], None] | None
     ) -> tuple[Array, Array, str | None]:
         """Times and unknowns, up to the end or to where the machine can go no further, and why it could not."""
-        done_times, done = [times[:1]], [unknowns[None]]
-        for first in range(0, len(times) - 1, PIECE):
-            # Always as many times, so that one kernel does: the last piece is cut finer.
-            whole = times[first : first + PIECE + 1]
-            wanted = whole if len(whole) == PIECE + 1 else np.linspace(whole[0], whole[-1], PIECE + 1)
+        done_times, done, count = [times[:1]], [unknowns[None]], 1
+        for wanted, kept in self._calls(times):
             found = self._piece(unknowns, wanted)
             failed = self._fails(found)
             if np.any(failed[1:]):
                 time, last, reason = self._narrowed(wanted, found, failed)
-                before = wanted < time
-                done_times += [wanted[before][1:], np.array([time])]
-                done += [found[before][1:], last[None]]
+                before = [k for k in kept if wanted[k] < time]
+                done_times += [wanted[before], np.array([time])]
+                done += [found[before], last[None]]
                 return np.concatenate(done_times), np.concatenate(done), reason
-            own = found if wanted is whole else self._piece_at(unknowns, whole)
-            done_times.append(whole[1:])
-            done.append(own[1:])
-            unknowns = own[-1]
-            if progress is not None:
-                progress(min(first + PIECE, len(times) - 1) + 1, len(times))
+            done_times.append(wanted[kept])
+            done.append(found[kept])
+            unknowns, count = found[-1], count + len(kept)
+            if progress is not None and kept:
+                progress(count, len(times))
         return np.concatenate(done_times), np.concatenate(done), None
+
+    def _calls(self, times: Array) -> Iterator[tuple[Array, list[int]]]:
+        """Times per call of the integrator, always PIECE + 1, and which of them are wanted: short calls can be interrupted."""
+        span, between = CALL * float(self.steps.longest), times[1] - times[0]
+        if between > span:
+            parts = math.ceil(between / span)
+            for start, end in pairwise(times):
+                bounds = np.linspace(start, end, parts + 1)
+                for k, (low, high) in enumerate(pairwise(bounds), 1):
+                    yield np.linspace(low, high, PIECE + 1), [PIECE] if k == parts else []
+            return
+        count = int(min(PIECE, span // between))
+        for first in range(0, len(times) - 1, count):
+            own = times[first : first + count + 1]
+            yield np.concatenate([own, np.full(PIECE + 1 - len(own), own[-1])]), list(range(1, len(own)))
 
     def _piece(self, unknowns: Array, times: Array) -> Array:
         run = advance(self.bodies, self.signs, self.acting, self.steps, jnp.asarray(unknowns), jnp.asarray(times))
         self.taken += int(run.steps)
         return np.asarray(run.unknowns)
-
-    def _piece_at(self, unknowns: Array, times: Array) -> Array:
-        """The unknowns at fewer times than a piece has."""
-        filled = np.concatenate([times, np.full(PIECE + 1 - len(times), times[-1])])
-        return self._piece(unknowns, filled)[: len(times)]
 
     def _fails(self, unknowns: Array) -> Array:
         """Where it got stuck, does not reach, is outside its travel, or has lost energy: at a Type 1 singularity."""
@@ -348,4 +359,9 @@ def _steps(duration: float, step: float | None, fastest: float) -> Steps:
             what = f"the fastest vibration, {fastest / (2 * math.pi):.4g} Hz" if fastest > 0 else f"a run of {duration:g} s"
             raise InputError(f"step: {step:g} s is too large for {what}; at most {bound:.3g} s, {longest:.3g} s when not given")
         longest = step
+    if duration / longest > MOST_STEPS:
+        raise InputError(
+            f"duration: {duration:g} s asks for {duration / longest:.2g} steps of {longest:.3g} s; at most {MOST_STEPS:.0e}, "
+            f"which is {MOST_STEPS * longest:.3g} s"
+        )
     return Steps(jnp.asarray(longest), jnp.asarray(TOLERANCE))
