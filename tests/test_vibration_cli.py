@@ -12,14 +12,21 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from machines import changed
 
 import trivet as t
 from trivet.errors import InputError
+from trivet.model import load
 from trivet.study.mode_summary import aligned, comparable, largest, motion_words, summaries, total_mass
 from trivet.study.response_summary import ShownResponse, check_entries
 
 README = Path(__file__).parents[1] / "README.md"
 FEW = ("--to", "600 Hz", "--points", "50")
+
+
+def bare_masses(name: str, slide: str) -> list[float]:
+    """Masses of a machine whose rods weigh what is out: vibration has no more of them."""
+    return list(t.pose(changed(load(name), {slide: {"travel": None}})).masses.values())
 
 
 @cache
@@ -45,7 +52,7 @@ def test_modes_say_what_moves_and_what_yields(trivet: Any) -> None:
 def test_modes_as_json(trivet: Any) -> None:
     found = json.loads(trivet("modes", "azulay", "--count", "4", "--json")[1])
     report = four_modes()
-    assert found["mass_kg"] == pytest.approx(sum(t.pose("azulay").masses.values()))
+    assert found["mass_kg"] == pytest.approx(sum(bare_masses("azulay", "slide")))
     for k, mode in enumerate(found["modes"]):
         assert mode["number"] == k + 1
         assert mode["frequency_Hz"] == pytest.approx(report.frequency[k], rel=1e-9)
@@ -106,7 +113,7 @@ def test_struts_ring_without_the_platform() -> None:
     fractions = np.array([mode.mass_fraction for mode in summaries(report)])
     assert np.all(fractions.sum(axis=0) < 1)
     assert fractions[3, 2] > 0.95
-    assert total_mass(report) == pytest.approx(sum(report.at.masses.values()))
+    assert total_mass(report) == pytest.approx(sum(bare_masses("gough-stewart", "strut")))
 
 
 def test_frf_table(trivet: Any) -> None:

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from trivet.dynamics.batch import Case, drive_motion
-from trivet.dynamics.bodies import require_masses
+from trivet.dynamics.bodies import Bodies, require_masses
 from trivet.dynamics.equations import State
 from trivet.errors import NoResultError, TrivetError
 from trivet.files import replacing
@@ -183,6 +183,7 @@ def _holding_forces(machine: Machine, pose: Frame, signs: Any) -> Iterable[float
         InputError: unless six drives move the platform's six freedoms.
         NoResultError: at a singular pose.
     """
+    Bodies.of(machine)  # refuses what has not six drives
     if singularity(machine, pose, mode_text(machine, signs) or None).type:
         raise NoResultError("the pose is singular")
     still = Twist(ZERO, ZERO)

@@ -35,7 +35,7 @@ class ModeSummary(NamedTuple):
     yielding: tuple[PartShare, ...]
     """The three parts with the greatest shares of the strain energy."""
     mass_fraction: tuple[float, float, float]
-    """Effective mass along x, y and z over the mass of the machine."""
+    """Effective mass along x, y and z over the mass that vibrates."""
 
 
 def summaries(report: ModesReport) -> list[ModeSummary]:
@@ -83,7 +83,7 @@ def largest(report: ModesReport) -> np.ndarray:
 
 
 def total_mass(report: ModesReport) -> float:
-    """Mass of the machine, kg, what stands on the ground included."""
+    """Mass that vibrates, kg, what stands on the ground included; of the rods of slides what is out."""
     mesh = report.modes.mesh
     along = np.zeros(mesh.inertia.shape[0])
     along[: 6 * len(mesh.structure.nodes) : 6] = 1.0

@@ -42,7 +42,7 @@ def modes_dataset(report: ModesReport) -> xr.Dataset:
                 ("component", "mode"), report.effective_mass, "kg along x, y, z; kg m^2 about rx, ry, rz",
                 "mass that takes part when the ground moves",
             ),
-            "mass": ((), total_mass(report), "kg", "mass of the machine"),
+            "mass": ((), total_mass(report), "kg", "mass that vibrates, of rods what is out"),
             "beam_nodes": (("beam", "end"), beams, "1", "nodes between which the elements lie"),
         },
         {
