@@ -70,7 +70,8 @@ def drive_motion(case: Case, state: eq.State, acceleration: Twist, load: Wrench 
         InputError: unless six drives move the platform's six freedoms, or a rod's mass is unknown.
         NoResultError: a machine without working modes does not reach the pose.
     """
-    return DriveMotion(*_over(case, _drive_motion, (state, acceleration, load)))
+    columns = _over(case, _drive_motion, (state, acceleration, load))
+    return DriveMotion(*(np.stack(column, axis=-1) for column in columns))
 
 
 def equations(case: Case, state: eq.State) -> Equations:
@@ -142,8 +143,8 @@ def _surroundings(around: Any, load: Wrench) -> eq.Surroundings:
 
 
 def _drive_motion(bodies: Bodies, stand: eq.Stand, around: Any, state: eq.State, rise: Twist, load: Wrench) -> Any:
-    found = eq.inverse_dynamics(bodies, state, rise, stand, _surroundings(around, load))
-    return tuple(jnp.stack(column, axis=-1) for column in found)
+    # Components, not an array of them: XLA would work out all of it once more per entry.
+    return tuple(eq.inverse_dynamics(bodies, state, rise, stand, _surroundings(around, load)))
 
 
 def _equations(bodies: Bodies, stand: eq.Stand, around: Any, state: eq.State) -> Any:
