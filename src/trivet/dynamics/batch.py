@@ -17,6 +17,7 @@ from trivet.dynamics.reactions import joint_wrenches
 from trivet.errors import InputError
 from trivet.kinematics.standing import postures
 from trivet.model import Machine
+from trivet.model.elements import Joint
 from trivet.space.batches import in_batches
 from trivet.space.frame import Frame
 from trivet.space.screw import Twist, Wrench
@@ -98,8 +99,6 @@ def energies(case: Case, state: eq.State) -> tuple[Array, Array]:
 
 def joint_list(machine: Machine) -> list[str]:
     """Names of all joints, chain by chain: "leg-1.guide"."""
-    from trivet.model.elements import Joint
-
     return [f"{leg.name}.{e.name}" for leg in machine.legs for e in leg.chain.elements if isinstance(e, Joint)]
 
 
