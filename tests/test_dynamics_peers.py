@@ -192,9 +192,9 @@ def smooth(machine: Machine) -> Machine:
 
 
 @pytest.mark.peer("mujoco")
-@pytest.mark.parametrize("name", MACHINES)
-def test_mujoco(name: str) -> None:
-    machine = smooth(machine_of(name))
+@pytest.mark.parametrize(("name", "resists"), [*((name, False) for name in MACHINES), *((name, True) for name in RESISTING)])
+def test_mujoco(name: str, resists: bool) -> None:
+    machine = smooth(changed(machine_of(name), RESISTING[name]) if resists else machine_of(name))
     names, turns = driven(machine)
     for seed, (pose, signs, mode) in enumerate(stands(name)):
         situation = Situation.random(seed)

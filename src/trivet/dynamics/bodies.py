@@ -47,10 +47,7 @@ class Bodies(NamedTuple):
     @property
     def platform(self) -> RigidMass:
         """The platform in {E}, with what is beyond the last joints of the chains."""
-        mass = platform_mass(self.own, self.stock)
-        for leg in self.legs:
-            mass = mass.plus(leg.chain.elements[-1].weigh(self.stock).out_of(leg.platform_frame()))
-        return mass
+        return carried_mass(self.own, self.legs, self.stock)
 
     @property
     def ranks(self) -> list[tuple[int, int]]:
@@ -87,6 +84,14 @@ class Alike(NamedTuple):
 
 def _stacked(alike: Sequence[Any]) -> Any:
     return jax.tree.map(lambda *values: jnp.stack([jnp.asarray(v, dtype=float) for v in values])[:, None], *alike)
+
+
+def carried_mass(platform: Platform, legs: Sequence[Leg], stock: Stock) -> RigidMass:
+    """A platform in {E}, with what is beyond the last joints of its chains and moves with it."""
+    mass = platform_mass(platform, stock)
+    for leg in legs:
+        mass = mass.plus(leg.chain.elements[-1].weigh(stock).out_of(leg.platform_frame()))
+    return mass
 
 
 def require_masses(machine: Machine) -> None:

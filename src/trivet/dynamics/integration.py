@@ -19,8 +19,8 @@ import jax.numpy as jnp
 
 from trivet.dynamics import equations as eq
 from trivet.dynamics.bodies import Bodies
-from trivet.kinematics.jacobian import is_driven
-from trivet.model.elements import Element, Prismatic
+from trivet.kinematics.jacobian import is_angular, is_driven
+from trivet.model.elements import Drivable, Prismatic
 from trivet.space.elimination import Array
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
@@ -131,16 +131,11 @@ def drive_coordinates(bodies: Bodies, stand: eq.Stand) -> Array:
     return jnp.stack([found[rank] for rank in bodies.ranks], axis=-1)
 
 
-def is_angle(joint: Element) -> bool:
-    """Whether a drive's coordinate is an angle."""
-    return not isinstance(joint, Prismatic)
-
-
 def stretch(bodies: Bodies, stand: eq.Stand, acting: Acting) -> Array:
     """(n, 6): how far the actuators are from where their springs are slack; angles the short way round."""
     apart = drive_coordinates(bodies, stand) - acting.rest
-    joints = [[e for e in leg.chain.elements if is_driven(e)] for leg in bodies.legs]
-    angular = jnp.array([is_angle(joints[place][rank]) for place, rank in bodies.ranks])
+    joints = [[e for e in leg.chain.elements if isinstance(e, Drivable) and e.is_driven] for leg in bodies.legs]
+    angular = jnp.array([is_angular(joints[place][rank]) for place, rank in bodies.ranks])
     return jnp.where(angular, jnp.arctan2(jnp.sin(apart), jnp.cos(apart)), apart)
 
 

@@ -18,15 +18,16 @@ import jax
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from trivet.dynamics.bodies import require_masses
+from trivet.dynamics.bodies import carried_mass, require_masses
 from trivet.errors import NoResultError
 from trivet.files import replacing
+from trivet.kinematics.closure import coordinates_from
 from trivet.kinematics.mode import parse_mode
 from trivet.kinematics.standing import home_pose, stand
 from trivet.model import Leg, Machine
 from trivet.model.elements import Curvilinear, Drivable, Element, Joint, Prismatic, Revolute, Spherical, Universal
 from trivet.model.elements.beam import beam_axes
-from trivet.model.mass import RigidMass, Rod, platform_mass, together
+from trivet.model.mass import RigidMass, Rod, together
 from trivet.space.frame import IDENTITY, Frame
 from trivet.study.machines import MachineLike, choose
 
@@ -168,14 +169,11 @@ def _joint(root: ET.Element, name: str, link: _Link, beyond: _Link, joint: Eleme
 
 
 def _hang_platform(root: ET.Element, link: _Link, machine: Machine, leg: Leg) -> None:
-    """Give the last link of the first chain, which is the platform, its mass; {E} is where the platform joint is not."""
+    """Give the last link of the first chain, which is the platform, its mass, and mark {E} by a link of its own."""
     seat = leg.platform_frame()
-    mass = platform_mass(machine.platform, machine.stock).plus(leg.chain.elements[-1].weigh(machine.stock).out_of(seat))
-    for other in machine.legs[1:]:
-        mass = mass.plus(other.chain.elements[-1].weigh(machine.stock).out_of(other.platform_frame()))
+    mass = carried_mass(machine.platform, machine.legs, machine.stock)
     link.parts.append(mass.into(seat).out_of(link.frame))
     _weigh(link)
-    # A frame of its own marks {E}.
     centre = ET.SubElement(root, "link", name="platform-centre")
     xml = ET.SubElement(root, "joint", name="platform-centre", type="fixed")
     ET.SubElement(xml, "origin", _placed(link.frame.place(_inverse(seat))))
@@ -192,8 +190,6 @@ def _inverse(frame: Frame) -> Frame:
 
 def _locked(element: Element) -> Any:
     """The coordinate of a joint that is held, as `advance` takes it."""
-    from trivet.kinematics.closure import coordinates_from
-
     return jax.tree.map(float, coordinates_from((element,), np.zeros(0))[0])
 
 

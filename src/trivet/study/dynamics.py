@@ -14,7 +14,7 @@ from trivet.dynamics.batch import Case, DriveMotion, Equations, drive_motion, en
 from trivet.dynamics.equations import State
 from trivet.dynamics.sensitivity import Slopes, force_slopes
 from trivet.errors import InputError, NoResultError
-from trivet.kinematics.jacobian import actuators
+from trivet.kinematics.jacobian import actuators, is_angular
 from trivet.kinematics.mode import closed_form_signs
 from trivet.kinematics.singularity import SINGULAR, singularity
 from trivet.model import Machine
@@ -228,6 +228,15 @@ def require_inertia(at: PoseReport) -> None:
 def force_units(machine: Machine) -> list[str]:
     """Unit of each actuator's force, in the order of Q."""
     return ["N" if isinstance(joint, Prismatic) else "N m" for _, joint in actuators(machine)]
+
+
+def without_jumps(machine: Machine, coordinates: Array) -> Array:
+    """Drive coordinates (n, 6) over time, m and rad, with angles that go on through +-pi."""
+    found = np.array(coordinates)
+    for k, (_, joint) in enumerate(actuators(machine)):
+        if is_angular(joint):
+            found[:, k] = np.unwrap(found[:, k])
+    return found
 
 
 def three(name: str, value: Sequence[float]) -> tuple[float, float, float]:

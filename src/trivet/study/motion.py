@@ -26,7 +26,7 @@ from trivet.space.frame import Frame
 from trivet.space.pose import zyz_angles
 from trivet.space.screw import Wrench
 from trivet.space.vector import Vec
-from trivet.study.dynamics import Loading, force_units, require_inertia
+from trivet.study.dynamics import Loading, force_units, require_inertia, without_jumps
 from trivet.study.machines import MachineLike, choose
 from trivet.study.pose import pose
 
@@ -224,10 +224,7 @@ def motion(
     found = Loading() if loading is None else loading
     case, state = Case(chosen, signs, found.gravity), State(moving.pose, moving.twist)
     drives = drive_motion(case, state, moving.acceleration, found.on(chosen, moving.pose))
-    coordinates = in_batches(lambda frames: drives_at(chosen, frames, signs), moving.pose)
-    for k, (_, joint) in enumerate(actuators(chosen)):
-        if not isinstance(joint, Prismatic):
-            coordinates[:, k] = np.unwrap(coordinates[:, k])
+    coordinates = without_jumps(chosen, in_batches(lambda frames: drives_at(chosen, frames, signs), moving.pose))
     return MotionReport(chosen, mode_text(chosen, signs), trajectory, found, moving, coordinates, drives, sigma)
 
 

@@ -25,12 +25,11 @@ from trivet.kinematics.mode import closed_form_signs
 from trivet.kinematics.report import joint_states, shortfall, travel_excess
 from trivet.kinematics.singularity import singularity
 from trivet.model import Machine
-from trivet.model.elements import Prismatic
 from trivet.space.batches import in_batches
 from trivet.space.frame import Frame
 from trivet.space.screw import Twist
 from trivet.space.vector import ZERO, Vec
-from trivet.study.dynamics import Loading, require_inertia, three
+from trivet.study.dynamics import Loading, require_inertia, three, without_jumps
 from trivet.study.machines import MachineLike, choose
 from trivet.study.pose import PoseReport, pose
 
@@ -185,10 +184,7 @@ def simulate(
     begun = np.asarray(start(jnp.array([*twist.linear, *twist.angular], dtype=float)))
     times, unknowns, ended = run.through(begun, np.linspace(0.0, duration, samples), progress)
     seen = jax.tree.map(np.asarray, recorded(run.bodies, run.signs, acting, unknowns))
-    coordinates = np.array(seen.coordinates)
-    for k, (_, joint) in enumerate(actuators(chosen)):
-        if not isinstance(joint, Prismatic):
-            coordinates[:, k] = np.unwrap(coordinates[:, k])
+    coordinates = without_jumps(chosen, seen.coordinates)
     return Simulation(
         at, law, found, times, seen.state, coordinates, seen.forces, seen.balance, fastest / (2 * math.pi),
         run.taken, float(steps.longest), ended,
