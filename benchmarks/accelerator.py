@@ -1,6 +1,6 @@
 """The same kernels on an accelerator and on the processor of the same machine; `python -m benchmarks accelerator` where one is.
 
-What is asked of the processor is a chunk at a time, as the library does it; the accelerator gets all poses at once.
+The processor does it as the library does, in chunks over all its cores; the accelerator gets all poses at once.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import jax
 import numpy as np
 
 from benchmarks.kernels import ROLLS, Row
-from benchmarks.pairs import Paired, paired
+from benchmarks.pairs import paired
 from trivet.dynamics import batch
 from trivet.dynamics.bodies import Bodies
 from trivet.dynamics.equations import State
@@ -21,25 +21,24 @@ from trivet.kinematics.mode import parse_mode
 from trivet.model import load
 from trivet.space.frame import Angle
 from trivet.space.pose import zyz_frame
-from trivet.space.screw import Twist
+from trivet.space.screw import Twist, Wrench
 from trivet.space.vector import Vec
-from trivet.statics.best_roll import on_grid, unrolled
+from trivet.statics.best_roll import POINTS_PER_CHUNK, on_grid, unrolled
 from trivet.statics.compliance import leg_stiffnesses, total
 from trivet.statics.objective import K_XX
+from trivet.statics.stiffness import CHUNK, TILE, stream
 
 POSES = 1 << 20
 
 
 class Work(NamedTuple):
-    """A compiled kernel over cases along the first axis of `cases`, and how many poses each of them is."""
+    """The same work for both sides, with poses and twists already where they are worked on."""
 
     name: str
+    poses: int
     kernel: Callable[..., Any]
-    fixed: Any
-    cases: Any
-    each: int
-    chunk: int
-    """Cases per call on the processor."""
+    arguments: Any
+    on_processor: Callable[[], Any]
 
 
 def against_the_processor() -> Iterator[Row]:
@@ -47,26 +46,25 @@ def against_the_processor() -> Iterator[Row]:
     accelerator, processor = jax.devices()[0], jax.devices("cpu")[0]
     if accelerator.platform == "cpu":
         raise SystemExit("JAX finds no accelerator here")
-    for work in (_map(), _full(), _inverse_dynamics()):
-        there = jax.device_put((work.fixed, work.cases), accelerator)
-        here = jax.device_put(work.fixed, processor)
-        part = jax.device_put(jax.tree.map(lambda c, work=work: c[: work.chunk], work.cases), processor)
-        ours = partial(work.kernel, *there)
-        theirs = partial(work.kernel, here, part)
-        found, expected = (jax.tree.map(np.asarray, call()) for call in (ours, theirs))
-        off = max(
-            np.nanmax(np.abs(f[: work.chunk] - e)[np.isfinite(e)]) / np.nanmax(np.abs(e[np.isfinite(e)]))
-            for f, e in zip(jax.tree.leaves(found), jax.tree.leaves(expected), strict=True)
-        )
-        times = paired(
-            lambda ours=ours: jax.block_until_ready(ours()), lambda theirs=theirs: jax.block_until_ready(theirs()), 7, 5
-        )
-        count = len(jax.tree.leaves(work.cases)[0])
-        per_pose = Paired(times.ours / count / work.each, times.peer / work.chunk / work.each)
-        median, low, high = per_pose.ratio
-        rates = [1 / np.median(t) / 1e6 for t in (per_pose.ours, per_pose.peer)]
+    for made in (_map, _full, _inverse_dynamics):
+        work = made()
+        ours = partial(work.kernel, *jax.device_put(work.arguments, accelerator))
+
+        def theirs(work: Work = work) -> Any:
+            # Not the context manager: that holds for one thread, and the library starts its own.
+            jax.config.update("jax_default_device", processor)
+            try:
+                return jax.block_until_ready(work.on_processor())  # type: ignore[no-untyped-call]
+            finally:
+                jax.config.update("jax_default_device", None)
+
+        pairs = zip(jax.tree.leaves(ours()), jax.tree.leaves(theirs()), strict=True)
+        off = max(float(np.nanmax(np.abs(np.asarray(a) - b)) / np.nanmax(np.abs(b))) for a, b in pairs)
+        times = paired(partial(_done, ours), theirs, pairs=7, calls=3)
+        median, low, high = times.ratio
+        rates = [work.poses / np.median(t) / 1e6 for t in (times.ours, times.peer)]
         yield (
-            f"{work.name}, {count * work.each:,} poses on {accelerator.device_kind}: ratio to its processor",
+            f"{work.name}, {work.poses:,} poses on {accelerator.device_kind}: ratio to its processor",
             f"{median:.0f} ({low:.0f} to {high:.0f})×; "
             f"{rates[0]:.0f} against {rates[1]:.1f} million poses/s; they differ by {off:.0e}",
             "",
@@ -78,48 +76,62 @@ def _done(call: Callable[[], Any]) -> None:
 
 
 def _map() -> Work:
-    machine = load("azulay")
+    machine, signs = load("azulay"), parse_mode(load("azulay"))
     rng = np.random.default_rng(0)
-    count = POSES * 4 // ROLLS
-    frames = unrolled(np.tile(machine.home.position, (count, 1)), rng.uniform(0, 6.3, count), rng.uniform(0, 1.5, count))
+    count = POSES * 4 // ROLLS // POINTS_PER_CHUNK * POINTS_PER_CHUNK
+    # Reached with some roll, so that no infinity is compared.
+    frames = unrolled(np.tile(machine.home.position, (count, 1)), rng.uniform(0, 6.3, count), rng.uniform(0, 1, count))
     gamma = 2 * np.pi / ROLLS * np.arange(ROLLS)
-    fixed = machine.mechanism, Angle(np.cos(gamma), np.sin(gamma)), parse_mode(machine)
+    rolls = Angle(np.cos(gamma), np.sin(gamma))
 
     @jax.jit
-    def kernel(fixed: Any, frames: Any) -> Any:
-        mechanism, rolls, signs = fixed
+    def kernel(mechanism: Any, frames: Any, rolls: Any, signs: Any) -> Any:
         return on_grid(mechanism, frames, rolls, signs, K_XX).max(axis=1)
 
-    return Work("best-roll K_xx of azulay", kernel, fixed, frames, ROLLS, 320)
+    def on_processor() -> Any:
+        chunks = range(0, count, POINTS_PER_CHUNK)
+        parts = (jax.tree.map(lambda c, start=start: c[start : start + POINTS_PER_CHUNK], frames) for start in chunks)
+        return np.concatenate([kernel(machine.mechanism, part, rolls, signs) for part in parts])
+
+    return Work("best-roll K_xx of azulay", count * ROLLS, kernel, (machine.mechanism, frames, rolls, signs), on_processor)
 
 
 def _full() -> Work:
-    machine, rng = load("azulay"), np.random.default_rng(1)
-    poses = _poses(machine, rng)
+    machine, signs = load("azulay"), parse_mode(load("azulay"))
+    poses = _poses(machine, np.random.default_rng(1))
 
     @jax.jit
-    def kernel(fixed: Any, poses: Any) -> Any:
+    def kernel(mechanism: Any, poses: Any, signs: Any) -> Any:
         def one(pose: Any) -> Any:
-            stiffness, _ = total(leg_stiffnesses(fixed[0], pose, fixed[1]))
-            return stiffness.upper()
+            return total(leg_stiffnesses(mechanism, pose, signs))[0].upper()
 
         return jax.vmap(one)(poses)
 
-    return Work("full 6×6 of azulay", kernel, (machine.mechanism, parse_mode(machine)), poses, 1, 4096)
+    def on_processor() -> Any:
+        tiles = jax.tree.map(lambda c: c.reshape(-1, CHUNK, TILE), poses)
+        batches = (jax.tree.map(lambda c, k=k: c[k], tiles) for k in range(POSES // CHUNK // TILE))
+        entries = [[np.ravel(e) for e in upper] for (upper, _) in stream(machine, batches, signs)]
+        return [np.concatenate(column) for column in zip(*entries, strict=True)]
+
+    return Work("full 6×6 of azulay", POSES, kernel, (machine.mechanism, poses, signs), on_processor)
 
 
 def _inverse_dynamics() -> Work:
     machine, rng = load("azulay"), np.random.default_rng(2)
-    twists = [Twist(Vec(*rng.normal(0, 0.1, (3, POSES))), Vec(*rng.normal(0, 1, (3, POSES)))) for _ in range(2)]
+    signs, around = parse_mode(machine), (np.array([0.0, 0.0, -9.81]), np.array(0.0))
+    velocity, rise = (Twist(Vec(*rng.normal(0, 0.1, (3, POSES))), Vec(*rng.normal(0, 1, (3, POSES)))) for _ in range(2))
+    state = State(_poses(machine, rng), velocity)
     bodies = jax.tree.map(np.asarray, Bodies.of(machine))
-    around = np.array([0.0, 0.0, -9.81]), np.array(0.0)
+    # The kernel that the library compiles, given all states at once.
+    kernel = partial(batch._in_mode, batch._drive_motion)
+    load_of_none = jax.tree.map(np.zeros_like, rise)
 
-    def kernel(fixed: Any, cases: Any) -> Any:
-        bodies, signs = fixed
-        return batch._in_mode(batch._drive_motion, bodies, signs, around, (*cases, batch.NO_LOAD))
+    def on_processor() -> Any:
+        found = batch.drive_motion(batch.Case(machine, signs, (0.0, 0.0, -9.81)), state, rise)
+        return tuple(tuple(column.T) for column in found)
 
-    cases = State(_poses(machine, rng), twists[0]), twists[1]
-    return Work("inverse dynamics of azulay", kernel, (bodies, parse_mode(machine)), cases, 1, 4096)
+    arguments = bodies, signs, around, (state, rise, Wrench(*load_of_none))
+    return Work("inverse dynamics of azulay", POSES, kernel, arguments, on_processor)
 
 
 def _poses(machine: Any, rng: Any) -> Any:
