@@ -376,7 +376,7 @@ def test_orderings_and_ranges_by_hand() -> None:
 
     def ranges(*values: float) -> list[dc.Range]:
         every = [
-            dc.Dynamics("azulay", name, tuple(Minimum(axis, value, 1.0) for axis in "xyz"), np.zeros(0))
+            dc.MinimumStiffness("azulay", name, tuple(Minimum(axis, value, 1.0) for axis in "xyz"), np.zeros(0))
             for name, value in zip((AS_DESCRIBED, "a", "b"), values, strict=True)
         ]
         return DynamicComparison((at,), (every[0],), tuple(every), 1.0, 2.0, 0.02).ranges

@@ -202,12 +202,12 @@ def test_equations_of_motion(name: str, resisting: bool) -> None:
         close(task.gravity, motions.T @ model.weight(gravity))
         close(task.friction, motions.T @ lost)
         close(task.jacobian, model.drives @ motions)
-        close(task.drift, model.inverse(twist, zero, zero, gravity).drives)
+        close(task.velocity_product, model.inverse(twist, zero, zero, gravity).drives)
         forward = np.linalg.inv(model.drives @ motions)
         columns = [model.inverse(zero, column, zero, np.zeros(3)).forces for column in forward.T]
         close(actuators.inertia, np.stack(columns, axis=-1), 1e-9)
         close(actuators.gravity, model.inverse(zero, zero, zero, gravity).forces, 1e-9)
-        steady = model.inverse(twist, -forward @ task.drift, zero, np.zeros(3)).forces
+        steady = model.inverse(twist, -forward @ task.velocity_product, zero, np.zeros(3)).forces
         close(actuators.friction, forward.T @ motions.T @ lost, 1e-9)
         close(actuators.coriolis + actuators.friction, steady, 1e-9)
 

@@ -114,13 +114,13 @@ def test_a_straight_way_as_json_is_that_of_the_api(trivet: Any) -> None:
     close(found["drive_coordinates_m_or_rad"], report.coordinates)
     close(found["drive_forces_N_or_N_m"], report.drives.force)
     close(found["drive_powers_W"], report.powers)
-    for drive, own in zip(found["drives"], report.sizing, strict=True):
+    for drive, own in zip(found["drives"], report.drive_sizing, strict=True):
         force = "N" if own.unit == "m" else "N_m"
         assert drive["peak_force"][f"value_{force}"] == pytest.approx(own.force.value, rel=1e-9)
         assert drive["peak_force"]["time_s"] == own.force.time
         assert drive[f"rms_force_{force}"] == pytest.approx(own.rms_force, rel=1e-9)
         assert drive["mean_power_given_W"] == pytest.approx(own.mean_power, rel=1e-9, abs=1e-15)
-    assert [joint["name"] for joint in found["joints"]] == [joint.name for joint in report.bearings]
+    assert [joint["name"] for joint in found["joints"]] == [joint.name for joint in report.joint_sizing]
     assert found["least_sigma_min"] == pytest.approx(report.sigma_min.min(), rel=1e-9)
 
 

@@ -166,7 +166,7 @@ def test_sizing_against_plain_numpy(resisting: bool) -> None:
         return found
 
     rms, given = np.sqrt(mean(report.drives.force**2)), mean(np.where(power > 0, power, 0.0))
-    for k, drive in enumerate(report.sizing):
+    for k, drive in enumerate(report.drive_sizing):
         assert (drive.name, drive.unit) == (report.actuators[k], "rad" if "guide" in drive.name else "m")
         assert report.units[k] == ("N m" if drive.unit == "rad" else "N")
         assert (drive.low, drive.high) == (report.coordinates[:, k].min(), report.coordinates[:, k].max())
@@ -179,7 +179,7 @@ def test_sizing_against_plain_numpy(resisting: bool) -> None:
             assert abs(peak.value) == np.abs(values[:, k]).max()
             assert values[np.flatnonzero(time == peak.time)[0], k] == peak.value
     wrenches = reactions(report.case, report.state, report.moving.acceleration, report.load)
-    for k, joint in enumerate(report.bearings):
+    for k, joint in enumerate(report.joint_sizing):
         assert joint.force.value == pytest.approx(np.linalg.norm(wrenches[:, k, :3], axis=1).max(), rel=1e-12)
         assert joint.moment.value == pytest.approx(np.linalg.norm(wrenches[:, k, 3:], axis=1).max(), rel=1e-12)
         at = int(np.flatnonzero(time == joint.force.time)[0])
@@ -190,11 +190,11 @@ def test_peaks_and_means_do_not_depend_on_the_samples() -> None:
     """But for what a coarser look misses; the pose of a peak is that at its time."""
     run = smooth_run()
     coarse, fine = (motion("azulay", run.trajectory, samples=n) for n in (120, 240))
-    for one, two in zip(coarse.sizing, fine.sizing, strict=True):
+    for one, two in zip(coarse.drive_sizing, fine.drive_sizing, strict=True):
         assert one.rms_force == pytest.approx(two.rms_force, rel=2e-2)
         assert one.mean_power == pytest.approx(two.mean_power, rel=2e-2)
         assert one.force.value == pytest.approx(two.force.value, rel=1e-2)
-    place, angles = fine.pose_at(fine.sizing[0].force.time)
+    place, angles = fine.pose_at(fine.drive_sizing[0].force.time)
     k = int(np.argmax(np.abs(fine.drives.force[:, 0])))
     np.testing.assert_allclose(place, [c[k] for c in fine.moving.pose.origin], rtol=0, atol=1e-15)
     again = zyz_frame(place, *angles)
@@ -229,7 +229,7 @@ def test_angles_count_on_over_a_full_turn() -> None:
     rolled = np.unwrap(np.arctan2(report.moving.pose.x.y, report.moving.pose.x.x))
     for k in range(3):
         np.testing.assert_allclose(report.coordinates[:, k] - report.coordinates[0, k], rolled, rtol=0, atol=1e-12)
-    assert report.sizing[0].high - report.sizing[0].low == pytest.approx(2 * np.pi, rel=1e-12)
+    assert report.drive_sizing[0].high - report.drive_sizing[0].low == pytest.approx(2 * np.pi, rel=1e-12)
 
 
 def told(error: Any) -> float:

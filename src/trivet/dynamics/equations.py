@@ -75,7 +75,7 @@ class TaskSpace(NamedTuple):
     """F_t (n, 6)."""
     jacobian: Array
     """J_G^-1 (n, 6, 6), Qdot = J_G^-1 V."""
-    drift: Array
+    velocity_product: Array
     """(n, 6): Qddot where Vdot = 0, the time derivative of J_G^-1 times V."""
 
 
@@ -169,7 +169,7 @@ def actuator_space(task: TaskSpace, length: Scalar) -> ActuatorSpace:
         return jnp.einsum("nai,na->ni", jacobian, wrench)
 
     # dJ_G/dt Qdot = -J_G (dJ_G^-1/dt) V
-    swirl = seen(task.coriolis) - jnp.einsum("nij,nj->ni", inertia, task.drift)
+    swirl = seen(task.coriolis) - jnp.einsum("nij,nj->ni", inertia, task.velocity_product)
     return ActuatorSpace(inertia, swirl, seen(task.gravity), seen(task.friction))
 
 

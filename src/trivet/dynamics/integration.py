@@ -19,8 +19,8 @@ import jax.numpy as jnp
 
 from trivet.dynamics import equations as eq
 from trivet.dynamics.bodies import Bodies
-from trivet.kinematics.jacobian import is_angular, is_driven
-from trivet.model.elements import Drivable, Prismatic
+from trivet.kinematics.jacobian import is_driven
+from trivet.model.elements import Drivable
 from trivet.space.elimination import Array
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
@@ -125,7 +125,7 @@ def drive_coordinates(bodies: Bodies, stand: eq.Stand) -> Array:
     for group, posture in zip(bodies.alike(), stand, strict=True):
         own = [(e, c) for e, c in zip(group.leg.chain.elements, posture.coordinates, strict=True) if is_driven(e)]
         for rank, (element, coordinate) in enumerate(own):
-            plain = coordinate if isinstance(element, Prismatic) else jnp.arctan2(coordinate.sin, coordinate.cos)
+            plain = element.number(coordinate)
             for k, place in enumerate(group.places):
                 found[place, rank] = plain[k]
     return jnp.stack([found[rank] for rank in bodies.ranks], axis=-1)
@@ -135,7 +135,7 @@ def stretch(bodies: Bodies, stand: eq.Stand, acting: Acting) -> Array:
     """(n, 6): how far the actuators are from where their springs are slack; angles the short way round."""
     apart = drive_coordinates(bodies, stand) - acting.rest
     joints = [[e for e in leg.chain.elements if isinstance(e, Drivable) and e.is_driven] for leg in bodies.legs]
-    angular = jnp.array([is_angular(joints[place][rank]) for place, rank in bodies.ranks])
+    angular = jnp.array([joints[place][rank].is_angular for place, rank in bodies.ranks])
     return jnp.where(angular, jnp.arctan2(jnp.sin(apart), jnp.cos(apart)), apart)
 
 

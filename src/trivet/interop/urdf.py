@@ -7,7 +7,6 @@ links without mass between them.
 
 from __future__ import annotations
 
-import math
 import os
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable
@@ -103,8 +102,7 @@ def _home_values(machine: Machine) -> list[str]:
     for one in stands:
         for element, coordinate in zip(one.leg.chain.elements, one.posture.coordinates, strict=True):
             if isinstance(element, Drivable) and element.locked is None:
-                plain = float(coordinate) if isinstance(element, Prismatic) else math.atan2(coordinate.sin, coordinate.cos)
-                found.append(f"{one.leg.name}.{element.name} = {plain!r}")
+                found.append(f"{one.leg.name}.{element.name} = {float(element.number(coordinate))!r}")
     return [f"At home: {', '.join(found)}"] if found else []
 
 

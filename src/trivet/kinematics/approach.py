@@ -11,13 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trivet.errors import NoResultError
-from trivet.kinematics.jacobian import actuator_names, inverse_jacobian, is_driven
+from trivet.kinematics.jacobian import actuator_names, actuators, inverse_jacobian, is_driven
 from trivet.kinematics.locked import by_leg
 from trivet.kinematics.standing import postures
 from trivet.kinematics.walk import walk_from
 from trivet.model import Machine
-from trivet.model.elements import Prismatic
-from trivet.space.frame import Angle, Frame
+from trivet.space.frame import Frame
 from trivet.space.pose import moved
 from trivet.space.scalar import Scalar
 
@@ -47,8 +46,7 @@ def _drives(machine: Machine, pose: Frame, signs: Any) -> Scalar:
     for leg, posture in zip(machine.legs, postures(machine, pose, signs), strict=True):
         for element, coordinate in zip(leg.chain.elements, posture.coordinates, strict=True):
             if is_driven(element):
-                is_length = isinstance(element, Prismatic)
-                found[f"{leg.name}.{element.name}"] = coordinate if is_length else jnp.arctan2(coordinate.sin, coordinate.cos)
+                found[f"{leg.name}.{element.name}"] = element.number(coordinate)
     return jnp.stack([jnp.asarray(found[name], dtype=float) for name in actuator_names(machine)])
 
 
@@ -94,7 +92,7 @@ def approach(machine: Machine, values: NDArray[Any], start: Frame, signs: Any) -
         NoResultError: when the search ends without a pose: at a singularity, or out of reach.
         InputError: when the machine has not as many drives as the platform has freedoms.
     """
-    angular = _angular(machine)
+    angular = np.array([joint.is_angular for _, joint in actuators(machine)])
     radius = float(machine.characteristic_length) or 1.0
     run = _drives_and_slope if signs is None else _compiled
     arrays = machine if signs is None else jax.tree.map(jnp.asarray, machine)
@@ -152,20 +150,14 @@ def _shortened(off: Any, pose: Frame, step: NDArray[Any], gap: NDArray[Any], rad
     return None, None
 
 
-def _angular(machine: Machine) -> NDArray[Any]:
-    joints = {f"{leg.name}.{e.name}": e for leg in machine.legs for e in leg.chain.elements}
-    return np.array([not isinstance(joints[name], Prismatic) for name in actuator_names(machine)])
-
-
 def chain_gap(machine: Machine, pose: Frame, values: NDArray[Any], signs: Any) -> float:
     """Greatest distance (m) between the end of a chain, walked with its drives at given coordinates, and its platform joint."""
     worst = 0.0
     for leg, posture, own in zip(machine.legs, postures(machine, pose, signs), by_leg(machine, values), strict=True):
         coordinates = []
         for element, coordinate in zip(leg.chain.elements, posture.coordinates, strict=True):
-            given = own.get(element.name) if is_driven(element) else None
-            if given is not None:
-                coordinate = given if isinstance(element, Prismatic) else Angle(math.cos(given), math.sin(given))
+            if is_driven(element) and element.name in own:
+                coordinate = element.coordinate(own[element.name])
             coordinates.append(coordinate)
         end = walk_from(leg.base_frame(), leg.chain.elements, tuple(coordinates))[-1][1].origin
         wanted = pose.shift(leg.platform_frame().origin).origin

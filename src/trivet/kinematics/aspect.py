@@ -16,7 +16,6 @@ import numpy as np
 from trivet.kinematics.jacobian import inverse_jacobian
 from trivet.kinematics.report import JointState, joint_elements, joint_state, travel_excess
 from trivet.model import Machine
-from trivet.model.elements import Prismatic
 from trivet.space.frame import Angle, Frame
 from trivet.space.pose import between
 from trivet.space.scalar import Scalar
@@ -98,9 +97,9 @@ def _travelled(machine: Machine, way: Frame, signs: Any) -> _Way:
     *joints, determinant = (np.asarray(a) for a in _look(jax.tree.map(jnp.asarray, machine), way, jnp.asarray(signs)))
     state = JointState(*joints)
     inside = np.all(state.reach >= 0, axis=1) & np.all(travel_excess(state) <= 0, axis=1)
-    slides = np.array([isinstance(e, Prismatic) for e in joint_elements(machine)])
+    turning = np.array([e.is_angular for e in joint_elements(machine)])
     steps = np.abs(np.diff(state.coordinate, axis=0))
     turns = np.minimum(steps, np.abs(steps - 2 * math.pi))
     # A slide that jumps does so by far more than the platform moves.
     size = max(float(np.abs(np.stack(way.origin)).max()), float(machine.characteristic_length))
-    return _Way(inside, np.sign(determinant), np.where(slides, steps / size, turns).max(axis=1))
+    return _Way(inside, np.sign(determinant), np.where(turning, turns, steps / size).max(axis=1))

@@ -28,7 +28,7 @@ from trivet.kinematics.mode import mode_text, parse_mode
 from trivet.kinematics.report import JointState, Shortfall, joint_state, joint_state_once, shortfall
 from trivet.kinematics.standing import home_pose
 from trivet.model import Leg, Machine
-from trivet.model.elements import Drivable, Prismatic
+from trivet.model.elements import Drivable
 from trivet.space.frame import Frame
 from trivet.space.pose import zyz_angles
 from trivet.space.scalar import Scalar
@@ -143,13 +143,13 @@ def drive_elements(machine: Machine) -> list[Drivable]:
 
 
 def _check_drive(name: str, element: Drivable, value: float, anyway: bool) -> None:
-    unit, scale = ("mm", 1e3) if isinstance(element, Prismatic) else ("deg", math.degrees(1))
+    unit, scale = ("deg", math.degrees(1)) if element.is_angular else ("mm", 1e3)
     if not abs(value) < LARGEST:
         raise InputError(f"drive {name}: {value:g} m or rad; expected a number below {LARGEST:g}")
     if element.travel is None or anyway:
         return
     low, high = element.travel
-    turns = 0.0 if isinstance(element, Prismatic) else 2 * math.pi * round(((low + high) / 2 - value) / (2 * math.pi))
+    turns = 2 * math.pi * round(((low + high) / 2 - value) / (2 * math.pi)) if element.is_angular else 0.0
     slack = 1e-9 * (high - low)
     if not low - slack <= value + turns <= high + slack:
         raise InputError(
@@ -296,9 +296,9 @@ def _deviation(leg: Leg, pose: Frame, signs: Any, own: dict[str, Scalar]) -> Sca
     for element, coordinate in zip(leg.chain.elements, posture.coordinates, strict=True):
         if element.name in own and is_driven(element):
             value = own[element.name]
-            if not isinstance(element, Prismatic):
+            if element.is_angular:
                 # The sine of half the difference: as exact as the coordinate, whole turns apart or not.
-                value = 2 * jnp.arctan2(coordinate.sin, coordinate.cos) - 2 * value
+                value = 2 * element.number(coordinate) - 2 * value
                 found.append(2 * jnp.abs(jnp.sin(value / 4)))
             else:
                 found.append(jnp.abs(coordinate - value))

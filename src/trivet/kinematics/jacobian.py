@@ -13,7 +13,7 @@ Numbers that mix lengths and angles are made dimensionless by the machine's `cha
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeGuard
 
 import jax
 import jax.numpy as jnp
@@ -24,7 +24,7 @@ from trivet.kinematics.inverse import inverse
 from trivet.kinematics.standing import postures
 from trivet.kinematics.walk import Posture, walk
 from trivet.model import Leg, Machine
-from trivet.model.elements import Curvilinear, Drivable, Element, Revolute, Spherical
+from trivet.model.elements import Drivable, Element, Spherical
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar, is_known, mul
 from trivet.space.screw import Twist, Wrench
@@ -58,13 +58,13 @@ class ChainRows(NamedTuple):
 
     wrenches: list[Wrench]
     """Unit forces at right angles to each other; in a chain without a ball unit wrenches, moments over the length `scale`."""
-    driven: list[tuple[Element, Twist]]
+    driven: list[tuple[Drivable, Twist]]
     """The driven joints in order, with their unit twists."""
     steps: list[tuple[Element, Frame, Any]]
     """The walk down the chain."""
 
 
-def is_driven(element: Element) -> bool:
+def is_driven(element: Element) -> TypeGuard[Drivable]:
     """Whether an element is a joint that a drive moves: actuated, and not locked."""
     return isinstance(element, Drivable) and element.is_driven
 
@@ -81,11 +81,6 @@ def actuators(machine: Machine) -> list[tuple[str, Drivable]]:
 def actuator_names(machine: Machine) -> list[str]:
     """Names of the `actuators`."""
     return [name for name, _ in actuators(machine)]
-
-
-def is_angular(joint: Drivable) -> bool:
-    """Whether a joint's coordinate is an angle."""
-    return isinstance(joint, Curvilinear | Revolute)
 
 
 def chain_rows(leg: Leg, posture: Posture, scale: Scalar) -> ChainRows:
@@ -229,7 +224,7 @@ def homogenised_inverse(machine: Machine, pose: Frame, signs: Scalar) -> Scalar:
         InputError: as `inverse_jacobian`.
     """
     length = machine.characteristic_length
-    speeds = jnp.stack([jnp.asarray(length if is_angular(joint) else 1.0) for _, joint in actuators(machine)])
+    speeds = jnp.stack([jnp.asarray(length if joint.is_angular else 1.0) for _, joint in actuators(machine)])
     return homogenised(inverse_jacobian(machine, pose, signs), length) * speeds[:, None]
 
 

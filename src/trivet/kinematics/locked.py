@@ -20,9 +20,9 @@ from trivet.kinematics.circles import Circles
 from trivet.kinematics.jacobian import actuator_names
 from trivet.kinematics.walk import walk_from
 from trivet.model import Leg, Machine
-from trivet.model.elements import Drivable, Element, Prismatic, Revolute, Spherical
+from trivet.model.elements import Drivable, Element, Revolute, Spherical
 from trivet.space.frame import IDENTITY, Angle, Frame, Turn
-from trivet.space.scalar import Scalar, cosine, sine
+from trivet.space.scalar import Scalar
 from trivet.space.vector import Vec
 
 
@@ -105,7 +105,7 @@ def _coordinate(element: Element, values: dict[str, Scalar], angle: Angle) -> An
         value = element.locked if element.locked is not None else values.get(element.name)
         if value is None:
             return angle
-        return value if isinstance(element, Prismatic) else Angle(cosine(value), sine(value))
+        return element.coordinate(value)
     return Turn(*IDENTITY[1:]) if isinstance(element, Spherical) else None
 
 

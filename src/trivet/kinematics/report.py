@@ -13,7 +13,7 @@ import numpy as np
 from trivet.kinematics.standing import postures
 from trivet.kinematics.travel import gauges
 from trivet.model import Machine
-from trivet.model.elements import Curvilinear, Drivable, Prismatic, Revolute
+from trivet.model.elements import Curvilinear, Drivable, Revolute
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
 
@@ -55,7 +55,7 @@ def joint_state(machine: Machine, pose: Frame, signs: Scalar) -> JointState:
         for element, coordinate in zip(leg.chain.elements, posture.coordinates, strict=True):
             if not isinstance(element, Drivable):
                 continue
-            plain = coordinate if isinstance(element, Prismatic) else jnp.arctan2(coordinate.sin, coordinate.cos)
+            plain = element.number(coordinate)
             gauge = limited.get(element.name)
             low, high = element.travel or (-math.inf, math.inf)
             measured = plain if gauge is None else jnp.arcsin(gauge.value) if gauge.is_sine else gauge.value
@@ -115,7 +115,7 @@ def shortfall(machine: Machine, state: JointState, roll_index: int = 0) -> Short
         return None
     name, element = joint_names(machine)[worst], joint_elements(machine)[worst]
     value, low, high = (float(a[roll_index, worst]) for a in (state.gauge, state.low, state.high))
-    unit, scale = ("mm", 1e3) if isinstance(element, Prismatic) else ("deg", math.degrees(1))
+    unit, scale = ("deg", math.degrees(1)) if element.is_angular else ("mm", 1e3)
     word = "elevation " if isinstance(element, Revolute) and element.measure == "elevation" else ""
     relation, limit = ("below", low) if value < low else ("above", high)
     reason = f"{name} {word}at {value * scale:.4g} {unit} is {relation} its limit of {limit * scale:.4g} {unit}"

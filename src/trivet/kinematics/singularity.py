@@ -12,7 +12,6 @@ length and on the point of reference, the platform centre; its zeros do not.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
@@ -29,12 +28,12 @@ from trivet.kinematics.jacobian import (
     actuators,
     determinants_of,
     homogenised,
-    is_angular,
     square_rows,
 )
 from trivet.kinematics.mode import mode_text, parse_mode
 from trivet.model import Machine
 from trivet.model.elements import Curvilinear, Drivable, Revolute
+from trivet.space.batches import in_batches
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
 from trivet.space.vector import Vec
@@ -50,8 +49,6 @@ STEP = 1e-5
 _ROUGH, _KINK = 1e-2, 1e-3
 """Where there is no derivative, differences ahead and behind differ by more than this part of the larger, and, since curvature
 is of second order in the step, by more than this part of a step of the determinant's size, the characteristic length cubed."""
-BATCH = 320
-"""Poses per call, so that every question uses the same compiled kernel."""
 
 
 class Condition(NamedTuple):
@@ -177,17 +174,7 @@ def conditions(machine: Machine, poses: Frame, signs: Any) -> Condition:
         count = len(poses.origin.x)
         ones = [condition(machine, jax.tree.map(lambda c, k=k: float(c[k]), poses), None) for k in range(count)]
         return jax.tree.map(lambda *parts: np.stack([np.asarray(p) for p in parts]), *ones)
-    return in_batches(_conditions, machine, poses, signs)
-
-
-def in_batches(kernel: Callable[[Machine, Frame, Any], Any], machine: Machine, poses: Frame, signs: Any) -> Any:
-    """A compiled kernel over many poses (n,), always as many of them per call; its results as NumPy arrays (n, ...)."""
-    count, parts = len(poses.origin.x), []
-    for start in range(0, count, BATCH):
-        index = np.minimum(np.arange(start, start + BATCH), count - 1)
-        part = kernel(machine, jax.tree.map(lambda c, index=index: np.broadcast_to(c, count)[index], poses), signs)
-        parts.append(jax.tree.map(lambda a, start=start: np.asarray(a)[: count - start], part))
-    return jax.tree.map(lambda *arrays: np.concatenate(arrays), *parts)
+    return in_batches(lambda frames: _conditions(machine, frames, signs), poses)
 
 
 def nudged(pose: Frame, twist: Any) -> Frame:
@@ -252,7 +239,7 @@ def _levers(machine: Machine, j_q: Array) -> tuple[DriveLever, ...]:
         column, others = j_q[:, k], np.delete(j_q, k, axis=1)
         others = others / np.where((size := np.linalg.norm(others, axis=0)) > 0, size, 1.0)
         lever = float(np.linalg.norm(column - others @ np.linalg.lstsq(others, column, rcond=SINGULAR)[0]))
-        turns = is_angular(joint)
+        turns = joint.is_angular
         found.append(DriveLever(name, lever, turns, lever < SINGULAR * (length if turns else 1.0)))
     return tuple(found)
 

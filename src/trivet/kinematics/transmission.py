@@ -27,10 +27,10 @@ import jax.numpy as jnp
 
 from trivet.errors import InputError
 from trivet.kinematics.jacobian import actuator_names, arm_of, chain_rows, is_driven, matrix, per_chain
-from trivet.kinematics.singularity import in_batches
 from trivet.kinematics.walk import Posture
 from trivet.model import Leg, Machine
 from trivet.model.elements import Element, Joint, Spherical
+from trivet.space.batches import in_batches
 from trivet.space.frame import Frame, about_z
 from trivet.space.scalar import Scalar
 from trivet.space.screw import Wrench
@@ -94,7 +94,7 @@ _transmissions = jax.jit(jax.vmap(transmission, in_axes=(None, 0, None)))
 
 def transmissions(machine: Machine, poses: Frame, signs: Any) -> Transmission:
     """`transmission` at many poses, component arrays of shape (n,): NumPy arrays (n, 6), NaN where a chain does not reach."""
-    return in_batches(_transmissions, machine, poses, signs)
+    return in_batches(lambda frames: _transmissions(machine, frames, signs), poses)
 
 
 def _drives(machine: Machine, leg: Leg, posture: Posture, pose: Frame) -> _Drives:

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 
 from trivet.kinematics.walk import Coordinate, Posture, walk
 from trivet.model import Leg
-from trivet.model.elements import Drivable, Element, Prismatic, Revolute
+from trivet.model.elements import Drivable, Element, Revolute
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
 
@@ -42,14 +42,14 @@ def gauges_along(leg: Leg, steps: list[tuple[Element, Frame, Coordinate]], coord
             continue
         assert isinstance(element, Drivable)
         low, high = limits
-        if isinstance(element, Prismatic):
+        if not element.is_angular:
             found.append(Gauge(element, coordinates[index], low, high))
         elif isinstance(element, Revolute) and element.measure == "elevation":
             follower = next(e.axis_of_body for e, _, _ in steps[index + 1 :] if e.axis_of_body is not None)
             sine = element.advance(frame, coordinate).direction(follower).z
             found.append(Gauge(element, sine, low, high))
         else:
-            angle = jnp.arctan2(coordinates[index].sin, coordinates[index].cos)
+            angle = element.number(coordinates[index])
             # The turn nearest to the middle of the travel, so that a travel may lie across 180 degrees.
             turns = jnp.round(((low + high) / 2 - angle) / (2 * math.pi))
             found.append(Gauge(element, angle + 2 * math.pi * turns, low, high))

@@ -165,16 +165,15 @@ def _check_walk(path: str, chain: Chain) -> None:
 
 
 def _check_travel(path: str, element: Element) -> None:
-    travel, locked = getattr(element, "travel", None), getattr(element, "locked", None)
-    if travel is None:
+    if not isinstance(element, Drivable) or element.travel is None:
         return
-    low, high = travel
+    (low, high), locked = element.travel, element.locked
     by_angle = not isinstance(element, Revolute) or element.measure == "angle"
     if locked is not None and by_angle and not low <= locked <= high:
-        written = _mm if isinstance(element, Prismatic) else _deg
+        written = _deg if element.is_angular else _mm
         raise InputError(f"{path}.locked: {written(locked)} is outside its travel, {written(low)} to {written(high)}")
     if low >= high:
-        written = _mm if isinstance(element, Prismatic) else _deg
+        written = _deg if element.is_angular else _mm
         raise InputError(f"{path}.travel: runs from {written(low)} to {written(high)}; write the lower limit first")
     right_angle = math.pi / 2 * (1 + 1e-12)  # "90 deg" may round up
     if isinstance(element, Revolute) and element.measure == "elevation" and max(-low, high) > right_angle:

@@ -11,7 +11,7 @@ from trivet.model import Machine
 from trivet.show.assembly import draw_assembly
 from trivet.show.comparison import draw_comparison
 from trivet.show.drawing import draw
-from trivet.show.dynamics import draw_dynamics, draw_whole
+from trivet.show.dynamic_comparison import draw_dynamics, draw_whole
 from trivet.show.histories import draw_motion, draw_simulation
 from trivet.show.maps import draw_map
 from trivet.show.mode_shapes import draw_modes

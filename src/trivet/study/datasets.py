@@ -20,7 +20,7 @@ from trivet.study.response_summary import ShownResponse
 from trivet.study.simulation import Simulation
 from trivet.study.singularity_map import SingularityMap
 from trivet.study.stiffness_map import StiffnessMap
-from trivet.study.vibration_datasets import dynamics_datasets, modes_dataset, response_dataset
+from trivet.study.vibration_datasets import dynamic_comparison_datasets, modes_dataset, response_dataset
 from trivet.study.whole_comparison import WholeComparison
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def map_dataset(result: StiffnessMap) -> xr.Dataset:
             "reason": (("point",), np.array(reason, dtype=object), "1", "why a point is not reached"),
         },
         {"axis": COMPONENTS[:3], "row": COMPONENTS, "column": COMPONENTS, "joint": joint_names(result.machine)},
-        mode=result.mode,
+        working_mode=result.mode,
         surface=result.surface.name,
         objective_name=result.objective.name,
     )
@@ -88,7 +88,7 @@ def singularity_dataset(result: SingularityMap) -> xr.Dataset:
         }
         | fields,
         {"axis": COMPONENTS[:3]},
-        mode=result.mode,
+        working_mode=result.mode,
         surface=result.surface.name,
         roll_policy=result.policy,
     )
@@ -99,7 +99,7 @@ def save(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False) 
     """Write a result as labelled NetCDF with units and the machine file inside; a comparison has one group per machine.
 
     Args:
-        result: what `stiffness_map`, `singularity_map`, `compare`, `compare_dynamics`, `modes` or `frf` gave.
+        result: what `stiffness_map`, `singularity_map`, `compare`, `compare_dynamics`, `modes`, `frf`, `motion` or `simulate` gave.
         path: file to write; it appears whole or not at all.
         overwrite: whether the file may be replaced.
 
@@ -153,12 +153,12 @@ def _(result: Comparison, path: str | os.PathLike[str], *, overwrite: bool = Fal
 
 @save.register
 def _(result: DynamicComparison, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-    write_groups(dynamics_datasets(result), path, overwrite=overwrite)
+    write_groups(dynamic_comparison_datasets(result), path, overwrite=overwrite)
 
 
 @save.register
 def _(result: WholeComparison, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     groups = {m.machine.name: map_dataset(m) for m in result.static.maps}
-    for name, dynamic in (dynamics_datasets(result.dynamic) if result.dynamic is not None else {}).items():
+    for name, dynamic in (dynamic_comparison_datasets(result.dynamic) if result.dynamic is not None else {}).items():
         groups[name] = groups[name].merge(dynamic, combine_attrs="no_conflicts")
     write_groups(groups, path, overwrite=overwrite)

@@ -90,7 +90,7 @@ def variants() -> tuple[Variant, ...]:
 
 
 @dataclass(frozen=True)
-class Dynamics:
+class MinimumStiffness:
     """A machine at home in one variant."""
 
     machine: str
@@ -175,9 +175,9 @@ class DynamicComparison:
 
     poses: tuple[PoseReport, ...]
     """The machines at home, as described."""
-    described: tuple[Dynamics, ...]
+    described: tuple[MinimumStiffness, ...]
     """Per machine, as described."""
-    variants: tuple[Dynamics, ...]
+    variants: tuple[MinimumStiffness, ...]
     """Per variant and machine, those as described first; empty without a sensitivity study."""
     low: float
     high: float
@@ -194,7 +194,7 @@ class DynamicComparison:
         """Names of the variants in their order."""
         return list(dict.fromkeys(d.variant for d in self.variants or self.described))
 
-    def of(self, machine: str, variant: str = AS_DESCRIBED) -> Dynamics:
+    def of(self, machine: str, variant: str = AS_DESCRIBED) -> MinimumStiffness:
         """What was found for a machine in a variant."""
         for found in self.variants or self.described:
             if (found.machine, found.variant) == (machine, variant):
@@ -283,7 +283,7 @@ def compare_dynamics(
         if name not in (AS_DESCRIBED, *known):
             raise InputError(f"variant '{name}' is not known{nearest(name, known)}")
 
-    def found(variant: Variant) -> tuple[Dynamics, ...]:
+    def found(variant: Variant) -> tuple[MinimumStiffness, ...]:
         return tuple(_dynamics(m, variant, mode, low, high, loss_factor, progress) for m in chosen)
 
     first = found(described)
@@ -303,7 +303,7 @@ def _dynamics(
     high: float,
     loss_factor: float,
     progress: Callable[[str, str], None],
-) -> Dynamics:
+) -> MinimumStiffness:
     progress(machine.name, variant.name)
     try:
         x, y, z = machine.home.position
@@ -312,9 +312,9 @@ def _dynamics(
         found = modes(at.machine, at.frame, at.signs, MOST_MODES, ELEMENTS)
         minima = _minima(at, found, low, high, loss_factor * variant.loss, variant.damping)
         natural = exact_frequencies(found.structure, found.mesh_frequency[:FREQUENCIES])
-        return Dynamics(machine.name, variant.name, tuple(minima), natural)
+        return MinimumStiffness(machine.name, variant.name, tuple(minima), natural)
     except NoResultError as error:
-        return Dynamics(machine.name, variant.name, (), np.zeros(0), str(error).removeprefix(f"{machine.name}: "))
+        return MinimumStiffness(machine.name, variant.name, (), np.zeros(0), str(error).removeprefix(f"{machine.name}: "))
 
 
 def _minima(at: PoseReport, found: Modes, low: float, high: float, loss_factor: float, damping: Damping) -> list[Minimum]:

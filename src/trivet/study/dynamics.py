@@ -14,11 +14,10 @@ from trivet.dynamics.batch import Case, DriveMotion, Equations, drive_motion, en
 from trivet.dynamics.equations import State
 from trivet.dynamics.sensitivity import Slopes, force_slopes
 from trivet.errors import InputError, NoResultError
-from trivet.kinematics.jacobian import actuators, is_angular
+from trivet.kinematics.jacobian import actuators
 from trivet.kinematics.mode import closed_form_signs
 from trivet.kinematics.singularity import SINGULAR, singularity
 from trivet.model import Machine
-from trivet.model.elements import Prismatic
 from trivet.model.mass import STANDARD_GRAVITY
 from trivet.space.frame import Frame
 from trivet.space.screw import Twist, Wrench
@@ -62,11 +61,23 @@ class Loading:
             None if point is None else three("point", point),
         )  # fmt: skip
 
+    def point_on(self, machine: Machine) -> tuple[float, float, float]:
+        """Where the force acts, in {E}, m."""
+        return machine.platform.tool_tip or _NONE if self.point is None else self.point
+
     def on(self, machine: Machine, poses: Frame) -> Wrench:
         """The load at the platform centre in {O}, at poses."""
-        x, y, z = machine.platform.tool_tip or _NONE if self.point is None else self.point
-        arm, force = poses.direction((x, y, z)), Vec(*self.force)
+        arm, force = poses.direction(self.point_on(machine)), Vec(*self.force)
         return Wrench(force, Vec(*self.moment) + arm.cross(force))
+
+    def stated(self, machine: Machine) -> dict[str, list[float]]:
+        """All of it in numbers, named with units as in results."""
+        return {
+            "gravity_m_per_s2": list(self.gravity),
+            "force_N": list(self.force),
+            "moment_N_m": list(self.moment),
+            "force_at_in_E_m": list(self.point_on(machine)),
+        }
 
 
 @dataclass(frozen=True)
@@ -181,7 +192,7 @@ def dynamics_report(
     angular_acceleration: Sequence[float] = _NONE,
     loading: Loading | None = None,
     mode: str | None = None,
-    strict: bool = True,
+    anyway: bool = False,
 ) -> DynamicsReport:
     """A machine in one state of motion.
 
@@ -191,13 +202,13 @@ def dynamics_report(
         velocity, angular_velocity: of the platform, at its centre in {O} (m/s, rad/s).
         acceleration, angular_acceleration: their time derivatives (m/s^2, rad/s^2).
         loading: weight and load; the weight of a machine that stands upright when not given.
-        mode, strict: as for `pose`.
+        mode, anyway: as for `pose`.
 
     Raises:
         InputError: unless six drives move the platform's six freedoms, or for numbers that are not finite.
         NoResultError: when the pose is not reached, or is singular.
     """
-    at = pose(machine, position, azimuth, tilt, roll, mode=mode, strict=strict)
+    at = pose(machine, position, azimuth, tilt, roll, mode=mode, anyway=anyway)
     twist = Twist(Vec(*three("velocity", velocity)), Vec(*three("angular velocity", angular_velocity)))
     rise = Twist(Vec(*three("acceleration", acceleration)), Vec(*three("angular acceleration", angular_acceleration)))
     require_inertia(at)
@@ -227,14 +238,14 @@ def require_inertia(at: PoseReport) -> None:
 
 def force_units(machine: Machine) -> list[str]:
     """Unit of each actuator's force, in the order of Q."""
-    return ["N" if isinstance(joint, Prismatic) else "N m" for _, joint in actuators(machine)]
+    return [joint.force_unit for _, joint in actuators(machine)]
 
 
 def without_jumps(machine: Machine, coordinates: Array) -> Array:
     """Drive coordinates (n, 6) over time, m and rad, with angles that go on through +-pi."""
     found = np.array(coordinates)
     for k, (_, joint) in enumerate(actuators(machine)):
-        if is_angular(joint):
+        if joint.is_angular:
             found[:, k] = np.unwrap(found[:, k])
     return found
 

@@ -45,9 +45,7 @@ def motion_dataset(report: MotionReport) -> xr.Dataset:
         },
         {"time": report.time, "drive": report.actuators, "joint": joint_list(report.machine)} | _axes(),
         working_mode=report.mode,
-        gravity=list(report.loading.gravity),
-        force=list(report.loading.force),
-        moment=list(report.loading.moment),
+        **report.loading.stated(report.machine),
     )  # fmt: skip
 
 
@@ -72,9 +70,7 @@ def simulation_dataset(result: Simulation) -> xr.Dataset:
         working_mode=result.mode,
         drives=result.law,
         ended=result.ended or "",
-        gravity=list(result.loading.gravity),
-        force=list(result.loading.force),
-        moment=list(result.loading.moment),
+        **result.loading.stated(result.machine),
     )
 
 

@@ -128,7 +128,7 @@ def frf(
     roll: float | None = None,
     *,
     mode: str | None = None,
-    strict: bool = True,
+    anyway: bool = False,
     low: float = 5.0,
     high: float = 3000.0,
     points: int = 2000,
@@ -141,7 +141,7 @@ def frf(
     """Frequency responses of a machine at a pose.
 
     Args:
-        machine, position, azimuth, tilt, roll, mode, strict: as for `pose`.
+        machine, position, azimuth, tilt, roll, mode, anyway: as for `pose`.
         low, high: range of frequencies, Hz.
         points: equally spaced frequencies; around every resonance more are added.
         response, excitation: places: "platform" (its centre), "tool" (its tip), a joint ("leg-1.hinge"), a share of a beam
@@ -165,7 +165,7 @@ def frf(
         raise InputError(f"points: {points}; expected 2 to {MOST_FREQUENCIES} frequencies")
     if not 0 <= loss_factor < 2:
         raise InputError(f"loss factor: {loss_factor:g}; expected 0 or more, and below 2")
-    at = pose(machine, position, azimuth, tilt, roll, mode=mode, strict=strict)
+    at = pose(machine, position, azimuth, tilt, roll, mode=mode, anyway=anyway)
     natural = natural_frequencies(at, low, high)
     width = natural[:, None] * max(least_damping(at, loss_factor), 1e-6) / 2
     around = (natural[:, None] + width * AROUND).ravel()

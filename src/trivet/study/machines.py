@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 from trivet.errors import InputError, nearest
 from trivet.model import Machine, load
 from trivet.model.check import check
-from trivet.model.elements import Drivable, Prismatic
+from trivet.model.elements import Drivable
 from trivet.model.quantity import Quantity
 
 MachineLike = Machine | str | os.PathLike[str]
@@ -76,7 +76,7 @@ def locked(machine: Machine, pairs: Iterable[str]) -> Machine:
 
 def coordinate(label: str, joint: Drivable, text: str) -> float:
     """A joint coordinate as written, "30 mm" or "5 deg", in m or rad; `label` begins the message of an error."""
-    kind = Quantity("length", "m", "mm") if isinstance(joint, Prismatic) else Quantity("angle", "rad", "deg")
+    kind = Quantity("angle", "rad", "deg") if joint.is_angular else Quantity("length", "m", "mm")
     try:
         return kind.parse(text)
     except PydanticCustomError as error:

@@ -63,14 +63,14 @@ def modes(
     roll: float | None = None,
     *,
     mode: str | None = None,
-    strict: bool = True,
+    anyway: bool = False,
     count: int = 12,
     elements: int | Mapping[str, int] | None = None,
 ) -> ModesReport:
     """The lowest modes of a machine at a pose.
 
     Args:
-        machine, position, azimuth, tilt, roll, mode, strict: as for `pose`.
+        machine, position, azimuth, tilt, roll, mode, anyway: as for `pose`.
         count: how many modes.
         elements: finite elements of every beam, or by name; the frequencies do not depend on them, the shapes hardly.
 
@@ -78,5 +78,5 @@ def modes(
         NoResultError: the pose is not reached, or the machine moves there without resistance (naming the joint).
         InputError: for a count or elements out of range.
     """
-    at = pose(machine, position, azimuth, tilt, roll, mode=mode, strict=strict)
+    at = pose(machine, position, azimuth, tilt, roll, mode=mode, anyway=anyway)
     return ModesReport(at, modes_at(at.machine, at.frame, at.signs, count, elements))

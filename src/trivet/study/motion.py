@@ -19,7 +19,6 @@ from trivet.kinematics.mode import closed_form_signs, mode_text
 from trivet.kinematics.report import joint_states, shortfall, travel_excess
 from trivet.kinematics.singularity import SINGULAR, conditions
 from trivet.model import Machine
-from trivet.model.elements import Prismatic
 from trivet.space.batches import in_batches
 from trivet.space.curve import Moving, Trajectory
 from trivet.space.frame import Frame
@@ -147,7 +146,7 @@ class MotionReport:
         return _numbers(self.trajectory.at(np.array([time])).pose)
 
     @cached_property
-    def sizing(self) -> list[DriveSizing]:
+    def drive_sizing(self) -> list[DriveSizing]:
         """What every drive must be able to do."""
         found = []
         for k, (name, joint) in enumerate(actuators(self.machine)):
@@ -156,7 +155,7 @@ class MotionReport:
             found.append(
                 DriveSizing(
                     name,
-                    "m" if isinstance(joint, Prismatic) else "rad",
+                    joint.unit,
                     float(own.min()),
                     float(own.max()),
                     self._peak(self.drives.speed[:, k]),
@@ -170,7 +169,7 @@ class MotionReport:
         return found
 
     @cached_property
-    def bearings(self) -> list[JointSizing]:
+    def joint_sizing(self) -> list[JointSizing]:
         """What every joint must bear."""
         sizes = np.linalg.norm(self.reactions.reshape(len(self.time), -1, 2, 3), axis=-1)
         return [
@@ -218,7 +217,7 @@ def motion(
         )
     signs = closed_form_signs(chosen, mode)
     moving = trajectory.at(trajectory.times(samples))
-    require_inertia(pose(chosen, *_open(_numbers(trajectory.at(np.zeros(1)).pose)), mode=mode, strict=False))
+    require_inertia(pose(chosen, *_open(_numbers(trajectory.at(np.zeros(1)).pose)), mode=mode, anyway=True))
     _require_reached(chosen, signs, trajectory, moving, anyway)
     sigma = _require_regular(chosen, signs, trajectory, moving)
     found = Loading() if loading is None else loading

@@ -16,7 +16,6 @@ from trivet.kinematics.jacobian import actuator_names, inverse_jacobian
 from trivet.kinematics.mode import mode_text, parse_mode
 from trivet.kinematics.report import JointState, Shortfall, joint_elements, joint_names, joint_state_once, shortfall
 from trivet.model import Machine
-from trivet.model.elements import Prismatic
 from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
 from trivet.statics.budget import Share, compliance, compliance_budget, require_finite
@@ -71,8 +70,9 @@ class PoseReport:
         for k, (name, element) in enumerate(zip(joint_names(self.machine), joint_elements(self.machine), strict=True)):
             state = self.state
             coordinate, limited, low, high = (float(a[0, k]) for a in (state.coordinate, state.gauge, state.low, state.high))
-            unit = "m" if isinstance(element, Prismatic) else "rad"
-            rows.append(JointRow(name, unit, coordinate, limited, low, high, element.is_driven, element.locked is not None))
+            rows.append(
+                JointRow(name, element.unit, coordinate, limited, low, high, element.is_driven, element.locked is not None)
+            )
         return rows
 
     @property
@@ -149,7 +149,7 @@ def pose(
     roll: float | None = None,
     *,
     mode: str | None = None,
-    strict: bool = True,
+    anyway: bool = False,
 ) -> PoseReport:
     """A machine at one pose.
 
@@ -158,8 +158,8 @@ def pose(
         position: platform centre in {O}, m; the home position when not given.
         azimuth, tilt, roll: alpha, beta, gamma of R = Rz(alpha) Ry(beta) Rz(gamma), rad; those of home when not given.
         mode: working mode; the machine's own when not given.
-        strict: raise where the pose is not reached inside all travel, instead of reporting it; where a chain cannot close at
-            all the error is raised in any case.
+        anyway: report a pose at which a joint is outside its travel, instead of raising; where a chain cannot close at all the
+            error is raised in any case.
 
     Raises:
         NoResultError: naming chain, joint, value and limit.
@@ -171,6 +171,6 @@ def pose(
     frame = zyz_frame(place, *angles)
     state = joint_state_once(chosen, frame, signs)
     miss = shortfall(chosen, state)
-    if miss is not None and (strict or miss.joint is None):
+    if miss is not None and (not anyway or miss.joint is None):
         raise NoResultError(f"{chosen.name}: the pose is not reached: {miss.reason}")
     return PoseReport(chosen, mode_text(chosen, signs), place, angles, frame, state, miss)

@@ -173,7 +173,7 @@ def simulate(
     if not 2 <= samples <= MOST_SAMPLES:
         raise InputError(f"samples: {samples}; between 2 and {MOST_SAMPLES}")
     signs = closed_form_signs(chosen, mode)
-    at = pose(chosen, position, azimuth, tilt, roll, mode=mode, strict=not anyway)
+    at = pose(chosen, position, azimuth, tilt, roll, mode=mode, anyway=anyway)
     require_inertia(at)
     twist = Twist(Vec(*three("velocity", velocity)), Vec(*three("angular velocity", angular_velocity)))
     found = Loading() if loading is None else loading
@@ -314,7 +314,6 @@ def _acting(at: PoseReport, law: Law, loading: Loading, forces: Mapping[str, flo
         still = Twist(ZERO, ZERO)
         case, state = Case(machine, at.signs, loading.gravity), State(at.frame, still)
         given = given + drive_motion(case, state, still, loading.on(machine, at.frame)).force[0]
-    point = (machine.platform.tool_tip or _NONE) if loading.point is None else loading.point
     coordinates = [float(row.coordinate) for row in at.joints if row.actuated]
     order = [row.name for row in at.joints if row.actuated]
     rest = np.array([coordinates[order.index(name)] for name in named])
@@ -322,7 +321,7 @@ def _acting(at: PoseReport, law: Law, loading: Loading, forces: Mapping[str, flo
         gravity=_array(loading.gravity),
         force=_array(loading.force),
         moment=_array(loading.moment),
-        point=_array(point),
+        point=_array(loading.point_on(machine)),
         drive_force=_array(given),
         rate=_array(rate),
         rest=_array(rest),

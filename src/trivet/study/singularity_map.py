@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 
 from trivet.errors import InputError, NoResultError, nearest
 from trivet.kinematics.inverse import inverse
-from trivet.kinematics.jacobian import actuators, is_angular
+from trivet.kinematics.jacobian import actuators
 from trivet.kinematics.mode import closed_form_signs, mode_text, mode_words
-from trivet.kinematics.singularity import Condition, conditions, in_batches
+from trivet.kinematics.singularity import Condition, conditions
 from trivet.kinematics.transmission import Transmission, transmissions
 from trivet.kinematics.travel import within
 from trivet.model import Machine
+from trivet.space.batches import in_batches
 from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
 from trivet.space.scalar import Scalar
@@ -112,7 +113,7 @@ class SingularityMap:
         chosen = quantity or self.quantity
         if chosen == "det J_x":
             return "m^3"
-        power = sum(is_angular(joint) for _, joint in actuators(self.machine)) - 3
+        power = sum(joint.is_angular for _, joint in actuators(self.machine)) - 3
         return f"m^{power}" if chosen.startswith("1/det") and power else ""
 
 
@@ -181,7 +182,7 @@ def singularity_map(
     gamma = policy.choose(machine, surface, signs)
     poses = _poses(surface, gamma)
     found = conditions(machine, poses, signs)
-    used = np.isfinite(gamma) & in_batches(_within, machine, poses, signs)
+    used = np.isfinite(gamma) & in_batches(lambda frames: _within(machine, frames, signs), poses)
     if not used.any():
         raise NoResultError(
             f"{machine.name}: no point of the {surface.name} is reached, {mode_words(mode_text(machine, signs))}, "

@@ -86,7 +86,7 @@ def response_dataset(result: FrequencyResponse) -> xr.Dataset:
     )  # fmt: skip
 
 
-def dynamics_datasets(result: DynamicComparison) -> dict[str, xr.Dataset]:
+def dynamic_comparison_datasets(result: DynamicComparison) -> dict[str, xr.Dataset]:
     """The minimum dynamic stiffness of every machine, by its name, over variants."""
     return {at.machine.name: _dynamics(result, at) for at in result.poses}
 

@@ -148,7 +148,7 @@ def run(
         trajectory = way.trajectory(chosen, at)
         _along(chosen, trajectory, way.count(trajectory.duration), acting, mode, anyway, out)
         return
-    from trivet.cli.views import state as view
+    from trivet.cli.views import dynamics as view
     from trivet.errors import InputError
     from trivet.study.dynamics import dynamics_report
 
@@ -169,7 +169,7 @@ def run(
             angular_acceleration=turn or none,
             loading=loading,
             mode=mode,
-            strict=not anyway,
+            anyway=anyway,
         )
         slopes = report.slopes if sensitivity else None
         _ = report.reactions, report.shares
@@ -186,7 +186,7 @@ def _along(
     out.check()
     with to.busy("working out forces along the path", out.as_json):
         report = motion(chosen, trajectory, loading=loading, mode=mode, samples=samples, anyway=anyway)
-        _ = report.bearings
+        _ = report.joint_sizing
     out.give(report, view)
 
 

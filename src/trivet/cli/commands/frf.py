@@ -76,7 +76,7 @@ def run(
             chosen,
             *at.numbers(),
             mode=mode,
-            strict=not anyway,
+            anyway=anyway,
             low=lowest,
             high=highest,
             points=points,

@@ -32,7 +32,7 @@ def run(
     chosen = choice.load(model)
     out.check()
     with output.busy("finding modes", out.as_json):
-        found = modes(chosen, *at.numbers(), mode=mode, strict=not anyway, count=count, elements=elements)
+        found = modes(chosen, *at.numbers(), mode=mode, anyway=anyway, count=count, elements=elements)
         result = aligned(found)
         _ = result.frequency  # worked out when it is first asked for
     out.give(result, view)

@@ -36,7 +36,7 @@ def run(
     loads = o.triple("--force", force, "force", "N"), o.triple("--moment", moment, "moment", "N m")
     chosen = choice.load(model)
     out.check()
-    report = pose(chosen, *at.numbers(), mode=mode, strict=not anyway)
+    report = pose(chosen, *at.numbers(), mode=mode, anyway=anyway)
     loaded = weight or any(load is not None for load in loads)
     load = (
         report.load(loads[0] or none, loads[1] or none, (0.0, 0.0, -STANDARD_GRAVITY) if weight else none) if loaded else None

@@ -1,124 +1,150 @@
-"""Machines side by side: minimum dynamic stiffness at home."""
+"""Rigid-body dynamics in one state of motion."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import Any
 
-from rich.table import Table
+import numpy as np
 
-from trivet.cli.views.layout import table
-from trivet.cli.views.si import finite, minima_json
-from trivet.study.dynamic_comparison import AS_DESCRIBED, TRANSLATIONS, DynamicComparison, Dynamics
-from trivet.study.frf import Minimum
+from trivet.cli.views.layout import beside, reached, table, where
+from trivet.cli.views.si import finite, pose_keys
+from trivet.dynamics.sensitivity import Slopes
+from trivet.study.dynamics import DynamicsReport, Loading
+
+MOST_DIMENSIONS = 12
+"""Dimensions that a table of slopes shows: those with the greatest effect."""
 
 
-def tables(result: DynamicComparison) -> Iterator[Any]:
-    """Minima, published values, orders, what descriptions leave open."""
+def tables(report: DynamicsReport, slopes: Slopes | None = None) -> Iterator[Any]:
+    """What drives give, joints bear, and of what."""
+    at = report.at
+    kinetic, _ = report.energy
     yield (
-        f"Dynamic stiffness at the platform centre, every machine at home, {result.low:g} to {result.high:g} Hz, "
-        f"structural damping with loss factor {result.loss_factor:g}"
+        f"{where(at.machine.name, at.mode, at.position, at.angles)}\n{reached(at.miss)}\n"
+        f"{loaded(report.loading)}; kinetic energy {kinetic:.4g} J"
     )
-    yield _described(result)
-    if result.deviations:
-        yield _published(result)
-    yield _orders(result)
-    if result.variants:
-        yield _ranges(result)
-        yield _variants(result)
+    yield _drives(report)
+    yield _shares(report)
+    inertia = table("M_Q, inertia seen by the drives (kg, kg m, kg m²)", "", *report.actuators)
+    size = np.sqrt(np.abs(np.diag(report.equations.actuators.inertia)))
+    for k, (name, row) in enumerate(zip(report.actuators, report.equations.actuators.inertia, strict=True)):
+        inertia.add_row(name, *(f"{v if abs(v) > 1e-12 * size[k] * size[j] else 0.0:.4g}" for j, v in enumerate(row)))
+    yield inertia
+    yield _joints(report)
+    if slopes is not None:
+        yield _slopes(report, slopes)
 
 
-def _described(result: DynamicComparison) -> Table:
-    columns = [head for axis in TRANSLATIONS for head in (axis, "at Hz")]
-    found = table("minimum dynamic stiffness as described, N/µm", "machine", *columns, "natural frequencies, Hz")
-    for own in result.described:
-        cells = [cell for axis in TRANSLATIONS for cell in _cells(own.along(axis))]
-        found.add_row(own.machine, *cells, ", ".join(f"{f:.1f}" for f in own.natural))
+def loaded(loading: Loading) -> str:
+    """What acts, in words."""
+    x, y, z = (f"{v + 0.0:g}" for v in loading.gravity)
+    words = f"free fall ({x}, {y}, {z}) m/s²"
+    if any(loading.force):
+        words += f", force ({', '.join(f'{v + 0.0:g}' for v in loading.force)}) N"
+        if loading.point is not None:
+            words += f" at ({', '.join(f'{1e3 * v + 0.0:g}' for v in loading.point)}) mm in {{E}}"
+    if any(loading.moment):
+        words += f", moment ({', '.join(f'{v + 0.0:g}' for v in loading.moment)}) N m"
+    return words
+
+
+def _drives(report: DynamicsReport) -> Any:
+    found = table("drives", "drive", "speed", "acceleration", "force", "power")
+    drives = report.drives
+    speed, rise, force, power = (_greatest(a) for a in (*drives[1:], drives.force, report.powers))
+    for k, (name, unit) in enumerate(zip(report.actuators, report.units, strict=True)):
+        way = "m" if unit == "N" else "rad"
+        scale, shown = (1e3, "mm") if way == "m" else (1.0, "rad")
+        found.add_row(
+            name, f"{beside(drives.speed[k] * scale, speed)} {shown}/s", f"{beside(drives.acceleration[k], rise)} {way}/s²",
+            f"{beside(drives.force[k], force)} {unit}", f"{beside(report.powers[k], power)} W",
+        )  # fmt: skip
     return found
 
 
-def _cells(minimum: Minimum | None) -> tuple[str, str]:
-    return ("", "") if minimum is None else (_written(minimum.stiffness), f"{minimum.frequency:.1f}")
+def _greatest(values: Any) -> float:
+    return float(np.abs(np.asarray(values)).max())
 
 
-def _written(stiffness: float) -> str:
-    """N/m in N/µm."""
-    return f"{stiffness / 1e6:.4f}"
-
-
-def _published(result: DynamicComparison) -> Table:
-    columns = ("machine", "source", "", "published", "ours", "deviation")
-    found = table("beside published minimum dynamic stiffness, N/µm", *columns, left=3)
-    for d in result.deviations:
-        numbers = (_written(d.published), _written(d.ours), f"{100 * d.relative:+.0f} %")
-        found.add_row(d.machine, d.source, d.quantity, *numbers)
+def _shares(report: DynamicsReport) -> Any:
+    found = table("what the forces are for", "drive", *report.shares, "together")
+    greatest = max(_greatest(share) for share in report.shares.values())
+    for k, (name, unit) in enumerate(zip(report.actuators, report.units, strict=True)):
+        cells = (beside(share[k], greatest) for share in report.shares.values())
+        found.add_row(name, *cells, f"{beside(report.drives.force[k], greatest)} {unit}")
     return found
 
 
-def _orders(result: DynamicComparison) -> Table:
-    found = table("order of the machines as described, the stiffest first", "along", "ours", "published", left=3)
-    for order in result.orderings:
-        if order.variant == AS_DESCRIBED:
-            found.add_row(order.axis, " > ".join(order.machines), " > ".join(order.published))
+def _joints(report: DynamicsReport) -> Any:
+    title = "what the joints bear: on the body beyond, in the joint's axes"
+    found = table(title, "joint", "Fx N", "Fy N", "Fz N", "Mx N m", "My N m", "Mz N m")
+    greatest = max(_greatest(wrench) for wrench in report.reactions.values())
+    for name, wrench in report.reactions.items():
+        found.add_row(name, *(beside(v, greatest) for v in wrench))
     return found
 
 
-def _ranges(result: DynamicComparison) -> Table:
-    columns = ("machine", "along", "least", "when", "greatest", "when", "published")
-    found = table("what descriptions leave open: minimum dynamic stiffness over all variants, N/µm", *columns, left=2)
-    for own in result.ranges:
-        words = "" if own.published is None else _written(own.published) + ("" if own.covers else " outside")
-        least, greatest = (_written(value) for value in (own.least, own.greatest))
-        found.add_row(own.machine, own.axis, least, own.least_variant, greatest, own.greatest_variant, words)
+def _slopes(report: DynamicsReport, slopes: Slopes) -> Any:
+    """Dimensions by what a change of a hundredth of them changes."""
+    from trivet.model import dimensions
+
+    values = dimensions(report.machine)
+    effects = {path: np.asarray(slope) * 0.01 * float(values[path]) for path, slope in slopes.dimensions.items()}
+    ranked = sorted(effects, key=lambda path: -_greatest(effects[path]))[:MOST_DIMENSIONS]
+    found = table("change of the forces when a dimension grows by 1 %, the pose held (N, N m)", "dimension", *report.actuators)
+    greatest = _greatest(effects[ranked[0]])
+    for path in ranked:
+        if _greatest(effects[path]) > 1e-12 * greatest:
+            found.add_row(path, *(beside(v, greatest, 3) for v in effects[path]))
     return found
 
 
-def _variants(result: DynamicComparison) -> Table:
-    found = table("variant by variant along x, y and z, N/µm", "variant", *result.names)
-    for variant in result.variant_names:
-        every = [[result.of(name, variant).along(axis) for axis in TRANSLATIONS] for name in result.names]
-        found.add_row(variant, *("  ".join(_written(own.stiffness) for own in row if own is not None) for row in every))
-    return found
-
-
-def as_json(result: DynamicComparison) -> dict[str, Any]:
-    """Everything of the dynamic half."""
-    return {
-        "frequency_range_Hz": [result.low, result.high],
-        "loss_factor": result.loss_factor,
-        "machines": [_one(own) for own in result.described],
-        "published": [
+def as_json(report: DynamicsReport, slopes: Slopes | None = None) -> dict[str, Any]:
+    """Everything about the state."""
+    at, (task, own), drives = report.at, report.equations, report.drives
+    kinetic, potential = report.energy
+    found: dict[str, Any] = {
+        "machine": at.machine.name,
+        "mode": at.mode,
+        **pose_keys(at.position, at.angles),
+        "reached": at.miss is None,
+        "reason": at.miss.reason if at.miss else None,
+        "twist_m_per_s_rad_per_s": finite(np.array([*report.twist.linear, *report.twist.angular], dtype=float)),
+        "acceleration_m_per_s2_rad_per_s2": finite(
+            np.array([*report.acceleration.linear, *report.acceleration.angular], dtype=float)
+        ),
+        **report.loading.stated(report.machine),
+        "sigma_min": finite(report.sigma_min),
+        "drives": [
             {
-                "machine": d.machine, "source": d.source, "quantity": d.quantity, "published_N_per_m": d.published,
-                "minimum_N_per_m": finite(d.ours), "relative_deviation": finite(d.relative),
+                "name": name,
+                f"speed_{way}_per_s": finite(drives.speed[k]),
+                f"acceleration_{way}_per_s2": finite(drives.acceleration[k]),
+                f"force_{unit.replace(' ', '_')}": finite(drives.force[k]),
+                "power_W": finite(report.powers[k]),
+                "force_shares": {what: finite(share[k]) for what, share in report.shares.items()},
             }
-            for d in result.deviations
+            for k, (name, unit, way) in enumerate(
+                (name, unit, "m" if unit == "N" else "rad") for name, unit in zip(report.actuators, report.units, strict=True)
+            )
         ],
-        "orders": [
-            {
-                "variant": order.variant, "axis": order.axis, "machines": list(order.machines), "missing": list(order.missing),
-                "published": list(order.published), "is_published": order.is_published,
-            }
-            for order in result.orderings
-        ],
-        "ranges": [
-            {
-                "machine": own.machine, "axis": own.axis,
-                "least_N_per_m": finite(own.least), "least_variant": own.least_variant,
-                "greatest_N_per_m": finite(own.greatest), "greatest_variant": own.greatest_variant,
-                "published_N_per_m": own.published,
-            }
-            for own in result.ranges
-        ],
-        "variants": [_one(own) for own in result.variants],
+        "actuator_space_SI": {
+            "M_Q": finite(own.inertia), "C_Q": finite(own.coriolis), "g_Q": finite(own.gravity), "F_Q": finite(own.friction),
+        },
+        "task_space_SI": {
+            "M_t": finite(task.inertia), "C_t": finite(task.coriolis), "g_t": finite(task.gravity),
+            "F_t": finite(task.friction), "inverse_jacobian": finite(task.jacobian),
+        },
+        "joint_wrenches_N_Nm": {name: finite(wrench) for name, wrench in report.reactions.items()},
+        "kinetic_energy_J": kinetic,
+        "potential_energy_J": potential,
     }  # fmt: skip
-
-
-def _one(own: Dynamics) -> dict[str, Any]:
-    return {
-        "machine": own.machine,
-        "variant": own.variant,
-        "status": own.status or None,
-        "minimum_dynamic_stiffness": minima_json(own.minima),
-        "natural_frequencies_Hz": finite(own.natural),
-    }
+    if slopes is not None:
+        found["force_slopes_SI"] = {
+            "dimensions": {path: finite(np.asarray(slope)) for path, slope in slopes.dimensions.items()},
+            "pose": finite(slopes.pose),
+            "twist": finite(slopes.twist),
+            "acceleration": finite(slopes.acceleration),
+        }
+    return found

@@ -8,14 +8,13 @@ from typing import Any
 from trivet.cli.views.layout import decimals, plain_number, table
 from trivet.cli.views.si import finite, pose_keys
 from trivet.kinematics.forward import Forward, drive_elements
-from trivet.model.elements import Prismatic
 
 
 def tables(result: Forward) -> list[Any]:
     """All assembly modes at drive coordinates."""
     drives = table(f"{result.machine.name}: drives", "drive", "coordinate")
     for (name, value), element in zip(result.drives.items(), drive_elements(result.machine), strict=True):
-        text = f"{plain_number(value * 1e3)} mm" if isinstance(element, Prismatic) else f"{plain_number(math.degrees(value))}°"
+        text = f"{plain_number(math.degrees(value))}°" if element.is_angular else f"{plain_number(value * 1e3)} mm"
         drives.add_row(name, text)
     columns = ("", "mode", "x mm", "y mm", "z mm", "α °", "β °", "γ °", "mirror", "home", "joints")
     poses = table("poses with these drive coordinates", *columns, left=2)

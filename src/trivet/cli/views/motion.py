@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+from trivet.cli.views.dynamics import loaded
 from trivet.cli.views.layout import beside, fixed, table
 from trivet.cli.views.si import finite, pose_keys
-from trivet.cli.views.state import loaded, loading_json
 from trivet.kinematics.mode import mode_words
 from trivet.study.motion import DriveSizing, MotionReport, Peak
 
@@ -22,8 +22,8 @@ def tables(report: MotionReport) -> Iterator[Any]:
     )
     moves = table("how the drives move", "drive", "from", "to", "peak speed", "at s", "peak acceleration", "at s")
     needs = table("what they must give", "drive", "peak force", "at s", "RMS force", "peak power", "at s", "mean power given")
-    power = max(abs(drive.power.value) for drive in report.sizing)
-    for drive, unit in zip(report.sizing, report.units, strict=True):
+    power = max(abs(drive.power.value) for drive in report.drive_sizing)
+    for drive, unit in zip(report.drive_sizing, report.units, strict=True):
         scale, shown = (1e3, "mm") if drive.unit == "m" else (math.degrees(1), "°")
         moves.add_row(
             drive.name, f"{fixed(drive.low * scale, 4)} {shown}", f"{fixed(drive.high * scale, 4)} {shown}",
@@ -37,7 +37,7 @@ def tables(report: MotionReport) -> Iterator[Any]:
     yield needs
     yield _where(report)
     bears = table("what the joints must bear", "joint", "peak force", "at s", "peak moment", "at s")
-    for joint in report.bearings:
+    for joint in report.joint_sizing:
         bears.add_row(joint.name, *_peak(joint.force, "N"), *_peak(joint.moment, "N m"))
     yield bears
 
@@ -52,7 +52,7 @@ def _where(report: MotionReport) -> Any:
     found = table(
         "where on the path the forces are greatest", "drive", "at s", "x mm", "y mm", "z mm", "alpha °", "beta °", "gamma °"
     )
-    for drive in report.sizing:
+    for drive in report.drive_sizing:
         place, angles = report.pose_at(drive.force.time)
         cells = [*(fixed(1e3 * v, 4) for v in place), *(fixed(math.degrees(v), 4) for v in angles)]
         found.add_row(drive.name, f"{drive.force.time:.4f}", *cells)
@@ -66,12 +66,12 @@ def as_json(report: MotionReport) -> dict[str, Any]:
         "machine": report.machine.name,
         "mode": report.mode,
         "duration_s": report.trajectory.duration,
-        **loading_json(report.loading),
+        **report.loading.stated(report.machine),
         "least_sigma_min": finite(float(report.sigma_min.min())),
-        "drives": [_drive(report, drive, unit) for drive, unit in zip(report.sizing, report.units, strict=True)],
+        "drives": [_drive(report, drive, unit) for drive, unit in zip(report.drive_sizing, report.units, strict=True)],
         "joints": [
             {"name": joint.name, "peak_force": _peak_json(joint.force, "N"), "peak_moment": _peak_json(joint.moment, "N_m")}
-            for joint in report.bearings
+            for joint in report.joint_sizing
         ],
         "time_s": finite(report.time),
         "position_m": finite([list(c) for c in zip(*report.moving.pose.origin, strict=True)]),

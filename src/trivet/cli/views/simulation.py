@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from trivet.cli.views.dynamics import loaded
 from trivet.cli.views.layout import beside, fixed, table, where
 from trivet.cli.views.si import finite, pose_keys
-from trivet.cli.views.state import loaded, loading_json
 from trivet.study.dynamics import force_units
 from trivet.study.simulation import Simulation
 
@@ -60,7 +60,7 @@ def as_json(result: Simulation) -> dict[str, Any]:
         "mode": at.mode,
         **pose_keys(at.position, at.angles),
         "drives": result.law,
-        **loading_json(result.loading),
+        **result.loading.stated(result.machine),
         "natural_frequencies_Hz": finite(result.frequencies),
         "steps": result.steps,
         "longest_step_s": result.longest_step,

@@ -8,14 +8,15 @@ from collections.abc import Sequence
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import equinox as eqx
+import jax.numpy as jnp
 from pydantic import BeforeValidator, Field, PlainSerializer, StrictBool, StringConstraints, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from trivet.model.mass import RigidMass, Rod
 from trivet.model.quantity import Inertia, Length, Mass, Ratio, RotationalStiffness, Stiffness
 from trivet.model.section import STRICT, Material, Section
-from trivet.space.frame import Frame
-from trivet.space.scalar import Scalar
+from trivet.space.frame import Angle, Frame
+from trivet.space.scalar import Scalar, cosine, sine
 from trivet.space.screw import Twist, rotation, translation
 from trivet.space.tensor import diagonal
 from trivet.space.vector import Vec
@@ -255,6 +256,29 @@ class Drivable(Joint):
     def motion(self, frame: Frame, at: Vec) -> Twist:
         """The unit twist of the joint, whether it is locked or not."""
         raise NotImplementedError
+
+    @property
+    def is_angular(self) -> bool:
+        """Whether the coordinate is an angle (rad); else it is a length (m)."""
+        return self.COORDINATES == ("angle",)
+
+    @property
+    def unit(self) -> Literal["m", "rad"]:
+        """Unit of the coordinate."""
+        return "rad" if self.is_angular else "m"
+
+    @property
+    def force_unit(self) -> Literal["N", "N m"]:
+        """Unit of the force or moment that does work on the coordinate."""
+        return "N m" if self.is_angular else "N"
+
+    def number(self, coordinate: Any) -> Scalar:
+        """A coordinate as one number, m, or rad in (-pi, pi]."""
+        return jnp.arctan2(coordinate.sin, coordinate.cos) if self.is_angular else coordinate
+
+    def coordinate(self, number: Scalar) -> Scalar:
+        """The coordinate that a number (m or rad) stands for, as a walk takes it."""
+        return Angle(cosine(number), sine(number)) if self.is_angular else number
 
     @property
     def limits(self) -> tuple[Scalar, Scalar] | None:
