@@ -156,7 +156,7 @@ def check_least_dynamic_stiffness(case: dict[str, Any]) -> None:
         if minimum.frequency < 2999:  # not at the end of the range
             assert low > there < high
         assert 1 / minimum.stiffness >= np.abs(grid[:, k, k]).max()
-    for minimum, (stiffness, frequency) in zip(found, list(case["mesh"]["min_dyn_N_per_um"].values())[:2], anyway=True):
+    for minimum, (stiffness, frequency) in zip(found, list(case["mesh"]["min_dyn_N_per_um"].values())[:2], strict=False):
         np.testing.assert_allclose(minimum.stiffness, stiffness * 1e6, rtol=2e-3)
         np.testing.assert_allclose(minimum.frequency, frequency, rtol=2e-4)
 

@@ -99,7 +99,8 @@ def save(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False) 
     """Write a result as labelled NetCDF with units and the machine file inside; a comparison has one group per machine.
 
     Args:
-        result: what `stiffness_map`, `singularity_map`, `compare`, `compare_dynamics`, `modes`, `frf`, `motion` or `simulate` gave.
+        result: what `stiffness_map`, `singularity_map`, `compare`, `compare_dynamics`, `modes`, `frf`, `motion` or `simulate`
+            gave.
         path: file to write; it appears whole or not at all.
         overwrite: whether the file may be replaced.
 
