@@ -50,9 +50,9 @@ POSES = 3
 
 @contextmanager
 def compiler(works: bool) -> Iterator[None]:
-    jax.config.update("jax_disable_jit", not works)
-    yield
-    jax.config.update("jax_disable_jit", False)
+    """Kernels compiled or op by op in here, as before out there."""
+    with jax.disable_jit(not works):
+        yield
 
 
 @pytest.fixture(autouse=True)

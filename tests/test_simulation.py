@@ -163,6 +163,21 @@ def test_constant_pushes_put_in_force_times_way() -> None:
     np.testing.assert_array_equal(result.forces, np.broadcast_to([0, 0, 0.1, -2.0, 0, 0], (SAMPLES, 6)))
 
 
+def test_a_load_puts_in_its_power() -> None:
+    """That of a moment, and of a force beside the centre, integrated over the records; all of it moves the machine."""
+    loading = t.Loading(gravity=(0, 0, 0), force=(0.3, -0.2, 0.1), moment=(0.01, 0.02, -0.03), point=(0, 0, 0.02))
+    result = simulate("azulay", 0.02, law="free", loading=loading, samples=SAMPLES)
+    assert result.ended is None
+    load, twist = load_on(result.state.pose, loading), result.state.twist
+    turning = columns(load.moment) * columns(twist.angular)
+    power = (columns(load.force) * columns(twist.linear) + turning).sum(axis=1)
+    given = np.array([simpson(power[: k + 1], x=result.time[: k + 1]) for k in range(2, SAMPLES, 2)])
+    assert simpson(turning.sum(axis=1), x=result.time) > 0.1 * given[-1] > 1e-5
+    np.testing.assert_allclose(result.balance.put_in[2::2], given, rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(result.balance.kinetic, result.balance.put_in, rtol=0, atol=1e-11)
+    assert np.abs(result.drift).max() < 1e-10
+
+
 @pytest.mark.parametrize("law", ["hold", "springs"])
 def test_what_is_held_stands_still(law: Any) -> None:
     loading = t.Loading(gravity=(2.0, 0, -9.0), force=(4.0, 1.0, -20.0), moment=(0.1, 0, 0.2), point=(0, 0.01, 0.03))
@@ -201,6 +216,7 @@ def test_scipy_integrates_to_the_same(name: str) -> None:
     np.testing.assert_allclose(columns(*ours.state.pose), found[:, :12], rtol=0, atol=1e-9)
     np.testing.assert_allclose(columns(ours.state.twist.linear), found[:, 12:15], rtol=0, atol=1e-6)
     np.testing.assert_allclose(columns(ours.state.twist.angular), found[:, 15:], rtol=0, atol=1e-4)
+    assert np.abs(ours.drift).max() < 1e-9
 
 
 def load_on(pose: Frame, loading: t.Loading) -> Wrench:
