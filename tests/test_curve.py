@@ -85,12 +85,12 @@ def test_derivatives_are_those_of_the_pose(name: str) -> None:
 
 
 def test_smooth_ways_pass_their_poses() -> None:
-    """Each pose is met where the share of the way (turns as arcs of the length) says."""
+    """Each pose is met where the root of its share of the way (turns as arcs of the length) says."""
     steps = []
     for one, two in pairwise(PASSED):
         turn = np.array(two.matrix()) @ np.array(one.matrix()).T
         angle = math.acos((np.trace(turn) - 1) / 2)
-        steps.append(float(np.linalg.norm(np.subtract(two.origin, one.origin))) + 0.05 * angle)
+        steps.append(math.sqrt(float(np.linalg.norm(np.subtract(two.origin, one.origin))) + 0.05 * angle))
     course = CURVES["through seven"](np.concatenate([[0.0], np.cumsum(steps)]) / sum(steps))
     np.testing.assert_allclose(course.position, [pose.origin for pose in PASSED], rtol=0, atol=1e-12)
     np.testing.assert_allclose(course.axes, [pose.matrix() for pose in PASSED], rtol=0, atol=1e-12)
@@ -125,7 +125,7 @@ def test_circle_goes_round_the_pose() -> None:
     ],
 )
 def test_limits_are_kept_and_used(name: str, limits: str) -> None:
-    """Looked at ten times finer than the code does; one limit at least is reached, or the motion could be faster."""
+    """Looked at ten times finer than the code does; one limit at least is reached, or the law could be faster."""
     motion, bounds = run(name, limits), LIMITS[limits]
     times = np.linspace(0, motion.duration, 10 * SAMPLES)
     _, velocity, spins, rise, swing = columns(motion.at(times))
@@ -137,6 +137,22 @@ def test_limits_are_kept_and_used(name: str, limits: str) -> None:
             assert used[-1] < 1 + 1e-6
     # Slowed by the spare, which counts three times in a jerk.
     assert max(used) > 1 - 4e-3
+
+
+def test_looser_limits_are_no_slower() -> None:
+    ring, last = circle(zyz_frame((0, 0, 0.12), 0, 0, 0), 0.003), np.inf
+    for speed in (0.04, 0.05, 0.06, 0.08, 0.1, 0.2, 1.0, 10.0):
+        duration = timed([ring], Limits(speed=speed)).duration
+        assert duration < last * (1 + 1e-4)
+        last = duration
+
+
+def test_smooth_ways_hardly_leave_poses_that_lie_close() -> None:
+    """A corner refined: its way is not longer than the corner by more than a few percent, at any distance of the poses."""
+    for near in (1e-4, 1e-5, 1e-6):
+        corners = [(0, 0), (3e-3 - near, 0), (3e-3, 0), (3e-3, near), (3e-3, 3e-3), (0, 3e-3)]
+        course = through([zyz_frame((x, y, 0.12), 0, 0, 0) for x, y in corners], 0.05)(np.linspace(0, 1, 20_001))
+        assert np.linalg.norm(np.diff(course.position, axis=0), axis=1).sum() < 1.06 * 9e-3
 
 
 @pytest.mark.parametrize("name", CURVES)

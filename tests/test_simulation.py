@@ -178,6 +178,13 @@ def test_a_load_puts_in_its_power() -> None:
     assert np.abs(result.drift).max() < 1e-10
 
 
+@pytest.mark.parametrize("name", ["azulay", "gough-stewart"])
+def test_slow_motions_run_through(name: str) -> None:
+    """What moves is far less than the rounding of the weight's energy, which counts from {O}."""
+    for speed in (1e-5, 1e-9):
+        assert simulate(name, 1e-4, velocity=(speed, 0, 0), samples=11).ended is None
+
+
 @pytest.mark.parametrize("law", ["hold", "springs"])
 def test_what_is_held_stands_still(law: Any) -> None:
     loading = t.Loading(gravity=(2.0, 0, -9.0), force=(4.0, 1.0, -20.0), moment=(0.1, 0, 0.2), point=(0, 0.01, 0.03))

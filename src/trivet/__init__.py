@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from trivet.model import Machine, catalogue, dimensions, load, parse, schema, to_text, write
     from trivet.show.figure import figure
     from trivet.space.curve import Limits, Trajectory, circle, straight, through, timed
+    from trivet.space.pose import zyz_frame
     from trivet.space.surface import Surface, hemisphere
     from trivet.study.comparison import Comparison, compare
     from trivet.study.datasets import save
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from trivet.study.machines import switched
     from trivet.study.modes import ModesReport, modes
     from trivet.study.motion import MotionReport, motion
+    from trivet.study.pathfile import read_path
     from trivet.study.pose import PoseReport, pose
     from trivet.study.simulation import Simulation, simulate
     from trivet.study.singularity import SingularityReport, singularity_report
@@ -46,6 +48,7 @@ _HOMES = {
     "trivet.model": ("Machine", "catalogue", "dimensions", "load", "parse", "schema", "to_text", "write"),
     "trivet.show.figure": ("figure",),
     "trivet.space.curve": ("Limits", "Trajectory", "circle", "straight", "through", "timed"),
+    "trivet.space.pose": ("zyz_frame",),
     "trivet.space.surface": ("Surface", "hemisphere"),
     "trivet.study.comparison": ("Comparison", "compare"),
     "trivet.study.datasets": ("save",),
@@ -56,6 +59,7 @@ _HOMES = {
     "trivet.study.machines": ("switched",),
     "trivet.study.modes": ("ModesReport", "modes"),
     "trivet.study.motion": ("MotionReport", "motion"),
+    "trivet.study.pathfile": ("read_path",),
     "trivet.study.pose": ("PoseReport", "pose"),
     "trivet.study.simulation": ("Simulation", "simulate"),
     "trivet.study.singularity": ("SingularityReport", "singularity_report"),
@@ -68,9 +72,10 @@ __all__ = [
     "Machine", "Minimum", "ModesReport", "MotionReport", "NoResultError", "PoseReport", "Simulation", "SingularityMap",
     "SingularityReport", "StiffnessMap", "Surface", "Trajectory", "TrivetError", "catalogue", "circle", "compare",
     "compare_dynamics", "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere", "load",
-    "minimum_dynamic_stiffness", "modes", "motion", "parse", "pose", "save", "schema", "simulate", "singularity_map",
+    "minimum_dynamic_stiffness", "modes", "motion", "parse", "pose", "read_path", "save", "schema", "simulate",
+    "singularity_map",
     "singularity_report", "stiffness_map", "straight", "switched", "through", "timed", "to_mjcf", "to_text", "to_urdf", "write",
-    "write_mjcf", "write_urdf",
+    "write_mjcf", "write_urdf", "zyz_frame",
 ]  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import os
 import signal
@@ -39,6 +40,11 @@ def main() -> None:
             signal.setitimer(signal.ITIMER_REAL, 0)  # whoever is leaving has got here
     # All is written; what the interpreter still clears away is not to be interrupted.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if code >= INTERRUPTED - 2:  # 128 and a signal: a kernel may be at work yet, under which it must not clear anything away
+        for stream in (sys.stdout, sys.stderr):
+            with contextlib.suppress(OSError, ValueError):
+                stream.flush()
+        os._exit(code)
     sys.exit(code)
 
 

@@ -135,11 +135,14 @@ class Acting:
 
     def loading(self) -> Loading:
         """Weight and load."""
+        from trivet.errors import InputError
         from trivet.study.dynamics import Loading
 
         force = o.triple("--force", self.force, "force", "N") or _NONE
         moment = o.triple("--moment", self.moment, "moment", "N m") or _NONE
         gravity = o.triple("--gravity", self.gravity, "acceleration", "m/s^2")
+        if self.point is not None and self.force is None:
+            raise InputError("--at: says where a force acts; give --force as well")
         return Loading.of(
             Loading().gravity if gravity is None else gravity, force, moment, o.triple("--at", self.point, "length", "m")
         )

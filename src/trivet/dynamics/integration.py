@@ -27,8 +27,8 @@ from trivet.space.scalar import Scalar
 from trivet.space.screw import Twist, Wrench
 from trivet.space.vector import Vec
 
-MOST_STEPS = 1_000_000
-"""Of one call: where steps shrink without end it gets stuck, not lost."""
+MOST_STEPS = 100_000
+"""Of one call: where steps shrink without end it gets stuck, not lost, and whoever interrupts is heard between calls."""
 
 
 class Acting(NamedTuple):

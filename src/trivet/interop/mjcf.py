@@ -24,6 +24,7 @@ from trivet.dynamics.equations import State
 from trivet.errors import NoResultError, TrivetError
 from trivet.files import replacing
 from trivet.interop.rod_mesh import rod_mesh
+from trivet.interop.xml import comment, numbers
 from trivet.kinematics.jacobian import actuator_names
 from trivet.kinematics.mode import mode_text, parse_mode
 from trivet.kinematics.singularity import singularity
@@ -95,10 +96,10 @@ class _Body:
             inertia = np.array(whole.about_centre.matrix(), dtype=float)
         if self.moves and (mass < _MOTE or np.linalg.eigvalsh(inertia)[0] < _MOTE_INERTIA):
             mass, inertia = mass + _MOTE, inertia + _MOTE_INERTIA * np.eye(3)
-            notes = [_comment(_NO_INERTIA)]
+            notes = [comment(_NO_INERTIA)]
         if mass > 0:
-            moments = _text([*inertia.diagonal(), inertia[0, 1], inertia[0, 2], inertia[1, 2]])
-            self.xml[:0] = [*notes, ET.Element("inertial", pos=_text(centre), mass=_text([mass]), fullinertia=moments)]
+            moments = numbers([*inertia.diagonal(), inertia[0, 1], inertia[0, 2], inertia[1, 2]])
+            self.xml[:0] = [*notes, ET.Element("inertial", pos=numbers(centre), mass=numbers([mass]), fullinertia=moments)]
 
 
 @dataclass
@@ -141,7 +142,7 @@ def to_mjcf(machine: MachineLike, pose: Frame | None = None, mode: str | None = 
     signs = parse_mode(machine, mode)
     stands = stand(machine, frame, signs)
     root = ET.Element("mujoco", model=machine.name)
-    root.extend(_comment(note) for note in _NOTES)
+    root.extend(comment(note) for note in _NOTES)
     ET.SubElement(root, "compiler", angle="radian")
     ET.SubElement(root, "option", _OPTION)
     defaults = ET.SubElement(root, "default")
@@ -160,18 +161,18 @@ def to_mjcf(machine: MachineLike, pose: Frame | None = None, mode: str | None = 
     platform.parts.append(share)
     platform.weigh()
     if machine.platform.disc is not None:
-        size = _text([machine.platform.disc.radius, machine.platform.disc.thickness / 2])
-        centre = _text(machine.platform.centre_of_mass or (0, 0, 0))
+        size = numbers([machine.platform.disc.radius, machine.platform.disc.thickness / 2])
+        centre = numbers(machine.platform.centre_of_mass or (0, 0, 0))
         ET.SubElement(platform.xml, "geom", type="cylinder", size=size, pos=centre)
     motors = ET.SubElement(root, "actuator")
     for name in actuator_names(machine):
         ET.SubElement(motors, "motor", name=name, joint=name)
     frames = ET.SubElement(root, "keyframe")
-    key = ET.SubElement(frames, "key", name="home" if pose is None else "pose", qpos=_text(model.qpos))
+    key = ET.SubElement(frames, "key", name="home" if pose is None else "pose", qpos=numbers(model.qpos))
     try:
-        key.set("ctrl", _text(_holding_forces(machine, frame, signs)))
+        key.set("ctrl", numbers(_holding_forces(machine, frame, signs)))
     except TrivetError as error:
-        frames.insert(0, _comment(f"{_NO_HOLD}{error}".replace("--", "- -")))
+        frames.insert(0, comment(f"{_NO_HOLD}{error}"))
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"
 
@@ -229,7 +230,7 @@ def _add_leg(model: _Model, one: Standing) -> None:
         body.parts.append(model.share.into(seat).out_of(body.frame))
     body.weigh()
     if by_centre and isinstance(last, Spherical) and (last.friction is not None or last.damping is not None):
-        model.ties.append(_comment(_BALL_FRICTION))
+        model.ties.append(comment(_BALL_FRICTION))
     body.site(tie, body.frame)
     model.platform.site(on_platform, seat)
     ET.SubElement(model.ties, "connect" if by_centre else "weld", name=tie, site1=tie, site2=on_platform)
@@ -246,7 +247,7 @@ def _add_joints(body: _Body, name: str, joint: Element, coordinate: Coordinate) 
         seen = IDENTITY.turn(second, Angle(coordinate[1].cos, -coordinate[1].sin)).direction(first)
         angles = [_radians(angle) for angle in coordinate]
         for number, axis, angle in zip((1, 2), (seen, second), angles, strict=True):
-            own = {"name": f"{name}.{number}", "type": "hinge", "axis": _text(axis), "ref": _text([angle])}
+            own = {"name": f"{name}.{number}", "type": "hinge", "axis": numbers(axis), "ref": numbers([angle])}
             ET.SubElement(body.xml, "joint", own | _resistance(joint))
         return angles
     assert isinstance(joint, Drivable)
@@ -254,19 +255,19 @@ def _add_joints(body: _Body, name: str, joint: Element, coordinate: Coordinate) 
     limits = None if by_elevation else joint.travel
     attributes = {"name": name, "type": "hinge", "axis": "0 0 1"}
     if isinstance(joint, Curvilinear):
-        attributes["pos"] = _text([-joint.radius, 0, 0])  # the body's frame is on the circle, the axis in its middle
+        attributes["pos"] = numbers([-joint.radius, 0, 0])  # the body's frame is on the circle, the axis in its middle
     if isinstance(joint, (Prismatic, Revolute)):
-        attributes["axis"] = _text(joint.axis)
+        attributes["axis"] = numbers(joint.axis)
     value: float = coordinate
     if isinstance(joint, Prismatic):
         attributes["type"] = "slide"
     else:
         value = _radians(coordinate, sum(limits) / 2 if limits else 0.0)
-    attributes["ref"] = _text([value])
+    attributes["ref"] = numbers([value])
     if limits:
-        attributes["range"] = _text(limits)
+        attributes["range"] = numbers(limits)
     elif joint.travel:
-        body.xml.append(_comment(_NO_RANGE))
+        body.xml.append(comment(_NO_RANGE))
     ET.SubElement(body.xml, "joint", attributes | _resistance(joint))
     return [value]
 
@@ -276,11 +277,11 @@ def _resistance(joint: Joint) -> dict[str, str]:
     lever = float(joint.lever)
     found = {}
     if joint.damping is not None:
-        found["damping"] = _text([joint.damping * lever**2])
+        found["damping"] = numbers([joint.damping * lever**2])
     if joint.friction is not None:
-        found["frictionloss"] = _text([joint.friction * lever])
+        found["frictionloss"] = numbers([joint.friction * lever])
     if isinstance(joint, Drivable) and joint.reflected_inertia is not None:
-        found["armature"] = _text([joint.reflected_inertia * lever**2])
+        found["armature"] = numbers([joint.reflected_inertia * lever**2])
     return found
 
 
@@ -290,7 +291,7 @@ def _draw_rod(model: _Model, body: _Body, name: str, rod: Rod) -> None:
         model.meshes[shape] = name
         mesh = rod_mesh(model.stock.sections[rod.profile.section], *shape[1:])
         faces = " ".join(map(str, mesh.faces.ravel()))
-        ET.SubElement(model.assets, "mesh", name=name, vertex=_text(mesh.vertices.ravel()), face=faces)
+        ET.SubElement(model.assets, "mesh", name=name, vertex=numbers(mesh.vertices.ravel()), face=faces)
     place = Frame(body.frame.origin, *beam_axes(body.frame, rod.axis))
     ET.SubElement(body.xml, "geom", {"type": "mesh", "mesh": model.meshes[shape], **_placed(place)})
 
@@ -302,15 +303,6 @@ def _radians(angle: Angle, near: float = 0.0) -> float:
 
 def _placed(frame: Frame) -> dict[str, str]:
     """Attributes that place something in a frame of its parent; none where it stands as the parent does."""
-    place = {"pos": _text(frame.origin), "xyaxes": _text([*frame.x, *frame.y])}
+    place = {"pos": numbers(frame.origin), "xyaxes": numbers([*frame.x, *frame.y])}
     as_parent = {"pos": "0 0 0", "xyaxes": "1 0 0 0 1 0"}
     return {key: value for key, value in place.items() if value != as_parent[key]}
-
-
-def _text(values: Iterable[Any]) -> str:
-    """Numbers as they are read again; no -0 and no .0."""
-    return " ".join(repr(float(value) + 0.0).removesuffix(".0") for value in values)
-
-
-def _comment(text: str) -> ET.Element[Any]:
-    return ET.Comment(f" {text} ")

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -20,6 +19,7 @@ from scipy.spatial.transform import Rotation
 from trivet.dynamics.bodies import carried_mass, require_masses
 from trivet.errors import NoResultError
 from trivet.files import replacing
+from trivet.interop.xml import comment, numbers
 from trivet.kinematics.closure import coordinates_from
 from trivet.kinematics.mode import parse_mode
 from trivet.kinematics.standing import home_pose, stand
@@ -65,10 +65,10 @@ def to_urdf(machine: MachineLike) -> str:
     require_masses(machine)
     root = ET.Element("robot", name=machine.name)
     lost = ", ".join(open_loops(machine)) or "none"
-    root.append(
-        ET.Comment(f" A tree: URDF cannot close loops. Joints that are missing: {lost}. Values of joints are trivet's. ")
-    )
-    root.extend(ET.Comment(f" {line} ") for line in _home_values(machine))
+    root.append(comment(f"A tree: URDF cannot close loops. Joints that are missing: {lost}. Values of joints are trivet's."))
+    if any(getattr(e, "reflected_inertia", None) for leg in machine.legs for e in leg.chain.elements):
+        root.append(comment("Nor does it know the reflected inertia of drives, which is missing as well."))
+    root.extend(comment(line) for line in _home_values(machine))
     ground = _link(root, "ground")
     for place, leg in enumerate(machine.legs):
         _add_leg(root, ground, machine, leg, is_first=place == 0)
@@ -156,14 +156,14 @@ def _joint(root: ET.Element, name: str, link: _Link, beyond: _Link, joint: Eleme
     ET.SubElement(xml, "origin", _placed(link.frame))
     ET.SubElement(xml, "parent", link=link.name)
     ET.SubElement(xml, "child", link=beyond.name)
-    ET.SubElement(xml, "axis", xyz=_text(axis))
+    ET.SubElement(xml, "axis", xyz=numbers(axis))
     if kind != "continuous":
         low, high = limits if limits is not None else (-1e9, 1e9)
-        ET.SubElement(xml, "limit", lower=_text([low]), upper=_text([high]), effort=_UNBOUNDED, velocity=_UNBOUNDED)
+        ET.SubElement(xml, "limit", lower=numbers([low]), upper=numbers([high]), effort=_UNBOUNDED, velocity=_UNBOUNDED)
     lever = float(joint.lever)
     damping, friction = (joint.damping or 0.0) * lever**2, (joint.friction or 0.0) * lever
     if damping or friction:
-        ET.SubElement(xml, "dynamics", damping=_text([damping]), friction=_text([friction]))
+        ET.SubElement(xml, "dynamics", damping=numbers([damping]), friction=numbers([friction]))
 
 
 def _hang_platform(root: ET.Element, link: _Link, machine: Machine, leg: Leg) -> None:
@@ -203,9 +203,9 @@ def _weigh(link: _Link) -> None:
     if not whole.mass > 0:
         return
     xml = ET.Element("inertial")
-    ET.SubElement(xml, "origin", xyz=_text(whole.centre), rpy="0 0 0")
-    ET.SubElement(xml, "mass", value=_text([whole.mass]))
-    ET.SubElement(xml, "inertia", {f"i{key}": _text([value]) for key, value in whole.about_centre._asdict().items()})
+    ET.SubElement(xml, "origin", xyz=numbers(whole.centre), rpy="0 0 0")
+    ET.SubElement(xml, "mass", value=numbers([whole.mass]))
+    ET.SubElement(xml, "inertia", {f"i{key}": numbers([value]) for key, value in whole.about_centre._asdict().items()})
     link.xml.insert(0, xml)
 
 
@@ -217,17 +217,12 @@ def _draw_rod(link: _Link, rod: Rod, machine: Machine) -> None:
     length = float(rod.length)
     if outline.is_round:
         ET.SubElement(xml, "origin", _placed(Frame(middle, y, z, x)))
-        ET.SubElement(ET.SubElement(xml, "geometry"), "cylinder", radius=_text([outline.width / 2]), length=_text([length]))
+        ET.SubElement(ET.SubElement(xml, "geometry"), "cylinder", radius=numbers([outline.width / 2]), length=numbers([length]))
     else:
         ET.SubElement(xml, "origin", _placed(Frame(middle, x, y, z)))
-        ET.SubElement(ET.SubElement(xml, "geometry"), "box", size=_text([length, outline.width, outline.height]))
+        ET.SubElement(ET.SubElement(xml, "geometry"), "box", size=numbers([length, outline.width, outline.height]))
 
 
 def _placed(frame: Frame) -> dict[str, str]:
     rpy = Rotation.from_matrix(np.array(frame.matrix(), dtype=float)).as_euler("xyz")
-    return {"xyz": _text(frame.origin), "rpy": _text(rpy)}
-
-
-def _text(values: Iterable[Any]) -> str:
-    """Numbers as they are read again; no -0."""
-    return " ".join(repr(float(value) + 0.0) for value in values)
+    return {"xyz": numbers(frame.origin), "rpy": numbers(rpy)}

@@ -16,6 +16,7 @@ import numpy as np
 from trivet.kinematics.jacobian import inverse_jacobian
 from trivet.kinematics.report import JointState, joint_elements, joint_state, travel_excess
 from trivet.model import Machine
+from trivet.space.elimination import determinant
 from trivet.space.frame import Angle, Frame
 from trivet.space.pose import between
 from trivet.space.scalar import Scalar
@@ -33,7 +34,7 @@ JUMP = 0.5
 
 def _looked_at(machine: Machine, pose: Frame, signs: Scalar) -> tuple[Scalar, ...]:
     state = joint_state(machine, pose, signs)
-    return (*state, jnp.linalg.det(inverse_jacobian(machine, pose, signs)))
+    return (*state, determinant(inverse_jacobian(machine, pose, signs)))
 
 
 _look = jax.jit(jax.vmap(_looked_at, in_axes=(None, 0, None)))

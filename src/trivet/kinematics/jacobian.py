@@ -25,6 +25,7 @@ from trivet.kinematics.standing import postures
 from trivet.kinematics.walk import Posture, walk
 from trivet.model import Leg, Machine
 from trivet.model.elements import Drivable, Element, Spherical
+from trivet.space.elimination import determinant, solved
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar, is_known, mul
 from trivet.space.screw import Twist, Wrench
@@ -102,7 +103,7 @@ def chain_rows(leg: Leg, posture: Posture, scale: Scalar) -> ChainRows:
     if units:
         # The passive freedoms, in their order, and the wrenches span everything; the sense in which they do must not flip.
         spanning = [[*w.force, *w.moment] for w in units] + [[*t.linear, *t.angular] for t in passive]
-        spanned = jnp.linalg.det(matrix(spanning, 6))
+        spanned = determinant(matrix(spanning, 6))
         units[-1] = _scaled(units[-1], jnp.where(spanned < 0, -1.0, 1.0))
     driven = [(e, e.freedoms(f, c, posture.end)[0]) for e, f, c in steps if is_driven(e)]
     return ChainRows(units, driven, steps)
@@ -171,7 +172,7 @@ def inverse_jacobian(machine: Machine, pose: Frame, signs: Scalar) -> Scalar:
     n, count = rows.j_q.shape
     if n != count:
         raise InputError(f"{machine.name}: {count} actuators against {n} constraints; lock {abs(count - n)} of them")
-    return jnp.linalg.solve(rows.j_q, rows.j_x)
+    return solved(rows.j_q, rows.j_x)
 
 
 def square_rows(machine: Machine, pose: Frame, signs: Scalar) -> ConstraintRows:
@@ -240,7 +241,7 @@ def determinants(machine: Machine, pose: Frame, signs: Scalar) -> Determinants:
 
 def determinants_of(rows: ConstraintRows, pose: Frame) -> Determinants:
     """Determinants of rows that are at hand."""
-    j_q, j_x = jnp.linalg.det(rows.j_q), jnp.linalg.det(rows.j_x)
+    j_q, j_x = determinant(rows.j_q), determinant(rows.j_x)
     sine_of_tilt = jnp.sqrt(pose.z.x * pose.z.x + pose.z.y * pose.z.y)
     return Determinants(j_q, j_x, j_x / j_q, -sine_of_tilt * j_x / j_q)
 

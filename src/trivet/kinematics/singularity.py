@@ -165,7 +165,12 @@ def condition(machine: Machine, pose: Frame, signs: Scalar) -> Condition:
     return Condition(values[-1], determinants_of(rows, pose), rows)
 
 
-_conditions = jax.jit(jax.vmap(condition, in_axes=(None, 0, None)))
+def _rows_and_determinants(machine: Machine, pose: Frame, signs: Scalar) -> tuple[ConstraintRows, Determinants]:
+    rows = square_rows(machine, pose, signs)
+    return rows, determinants_of(rows, pose)
+
+
+_many = jax.jit(jax.vmap(_rows_and_determinants, in_axes=(None, 0, None)))
 
 
 def conditions(machine: Machine, poses: Frame, signs: Any) -> Condition:
@@ -174,7 +179,12 @@ def conditions(machine: Machine, poses: Frame, signs: Any) -> Condition:
         count = len(poses.origin.x)
         ones = [condition(machine, jax.tree.map(lambda c, k=k: float(c[k]), poses), None) for k in range(count)]
         return jax.tree.map(lambda *parts: np.stack([np.asarray(p) for p in parts]), *ones)
-    return in_batches(lambda frames: _conditions(machine, frames, signs), poses)
+    rows, found = in_batches(lambda frames: _many(machine, frames, signs), poses)
+    # Out here: LAPACK within kernels can stop XLA for ever, see `elimination.solved`.
+    j_x = np.asarray(homogenised(rows.j_x, machine.characteristic_length))
+    closed = np.all(np.isfinite(j_x), axis=(1, 2))
+    values = np.linalg.svd(np.where(closed[:, None, None], j_x, 0.0), compute_uv=False)[:, -1]
+    return Condition(np.where(closed, values, np.nan), found, rows)
 
 
 def nudged(pose: Frame, twist: Any) -> Frame:

@@ -31,6 +31,7 @@ from trivet.kinematics.walk import Posture
 from trivet.model import Leg, Machine
 from trivet.model.elements import Element, Joint, Spherical
 from trivet.space.batches import in_batches
+from trivet.space.elimination import solved
 from trivet.space.frame import Frame, about_z
 from trivet.space.scalar import Scalar
 from trivet.space.screw import Wrench
@@ -84,7 +85,7 @@ def transmission(machine: Machine, pose: Frame, signs: Scalar) -> Transmission:
     order = jnp.array([own.index(name) for name in names])
     drives = _Drives(*(jnp.concatenate(column)[order] for column in zip(*chains, strict=True)))
     # Column k: the platform's motion at unit power of wrench k, with all others idle.
-    outputs = jnp.linalg.inv(drives.wrench)
+    outputs = solved(drives.wrench, jnp.eye(6))
     velocities = outputs[:3] + jnp.cross(outputs[3:], drives.output_point.T, axis=0)
     return Transmission(drives.input, 1 / jnp.linalg.norm(velocities, axis=0))
 
@@ -105,7 +106,7 @@ def _drives(machine: Machine, leg: Leg, posture: Posture, pose: Frame) -> _Drive
         raise InputError(
             f"{machine.name}: a chain has {powers.shape[1]} drives and {powers.shape[0]} constraints; as many are needed"
         )
-    shares, arm = jnp.linalg.inv(powers), arm_of(leg, pose)
+    shares, arm = solved(powers, jnp.eye(len(powers))), arm_of(leg, pose)
     wrenches, indices, points = [], [], []
     for k, (joint, twist) in enumerate(chain.driven):
         share = shares[k] / jnp.sqrt(shares[k] @ shares[k])

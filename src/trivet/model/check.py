@@ -70,6 +70,8 @@ def _check_platform(platform: Platform) -> None:
         return
     if platform.mass is None:
         raise InputError("platform.inertia: needs platform.mass beside it")
+    if not platform.mass and any(platform.inertia):
+        raise InputError("platform.inertia: a body without mass has none; give platform.mass")
     xy, xz, yz = platform.products_of_inertia or (0.0, 0.0, 0.0)
     xx, yy, zz = platform.inertia
     _check_moments("platform.inertia", np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
@@ -89,6 +91,8 @@ def _check_lump(path: str, joint: Joint) -> None:
         if getattr(joint, key) is not None and joint.mass is None:
             raise InputError(f"{path}.{key}: needs {path}.mass beside it")
     if joint.inertia is not None:
+        if not joint.mass and any(joint.inertia):
+            raise InputError(f"{path}.inertia: a body without mass has none; give {path}.mass")
         _check_moments(f"{path}.inertia", np.diag(joint.inertia))
 
 

@@ -22,6 +22,10 @@ _QUANTITY = re.compile(rf"\s*([+-]?{NUMBER}|[+-]?(?:nan|inf(?:inity)?)(?![a-z]))
 _POWER = r"(?:(?:\^|\*\*)-?[1-9]|[²³⁴])?"
 _UNIT = re.compile(rf"[^\W\d_]+{_POWER}(?:(?:\s*[*/]\s*|\s+)[^\W\d_]+{_POWER})*")
 _LONGEST = 80
+LARGEST, SMALLEST = 1e18, 1e-30
+"""In SI: what no machine has, and what would run out of double precision when it is squared and multiplied."""
+LARGEST_ANGLE = 1e3
+"""rad: turns are lost in rounding beyond."""
 
 ANGLE_UNITS = {"deg", "degree", "degrees", "rad", "radian", "radians", "mrad", "urad", "arcmin", "arcsec", "turn"}
 
@@ -112,6 +116,8 @@ class Quantity:
             si_value = math.inf
         if not math.isfinite(si_value):
             raise self._error("expected a finite number")
+        if abs(si_value) > (LARGEST_ANGLE if self.si == "rad" else LARGEST) or 0 < abs(si_value) < SMALLEST:
+            raise self._error("beyond all reason")
         if self.positive and si_value <= 0:
             raise self._error("must be greater than zero")
         if self.at_least_zero and math.copysign(1, si_value) < 0:

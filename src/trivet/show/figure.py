@@ -44,7 +44,10 @@ def figure(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False
     Raises:
         InputError: for another suffix, a file that exists unasked or that cannot be written.
     """
-    raise TypeError(f"no figure of a {type(result).__name__}; machines and what trivet's functions give can be drawn")
+    raise TypeError(
+        f"no figure of a {type(result).__name__}; machines, poses, maps, comparisons, responses, motions and simulations "
+        "can be drawn"
+    )
 
 
 @figure.register

@@ -18,7 +18,7 @@ from trivet.show.palette import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION
 from trivet.space.frame import Frame
 from trivet.study.dynamics import force_units
 from trivet.study.motion import MotionReport
-from trivet.study.simulation import Simulation
+from trivet.study.simulation import LAW_WORDS, Simulation
 
 SERIES = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILLION)
 COLUMNS = 2
@@ -48,7 +48,7 @@ def draw_motion(report: MotionReport, path: str | os.PathLike[str], *, overwrite
 def draw_simulation(result: Simulation, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     """Draw how a machine moved, and its energies (PNG or self-contained HTML)."""
     title, stand = title_lines(result.machine, result.at.frame, result.mode)
-    drives = {"springs": "drives are springs", "hold": "drives push as at the start", "free": "drives are free"}[result.law]
+    drives = LAW_WORDS[result.law]
     ended = f"; ended {result.ended}" if result.ended else ""
     drift = f"energy drift {np.abs(result.drift).max():.1e}"
     heading = [title, f"{stand}; {drives}; {drift}{ended}"]

@@ -10,12 +10,16 @@ from typing import Any
 import jax
 import numpy as np
 
+CORES = os.cpu_count() or 1
 SIZES = (1, 256, 4096)
 """Cases per call: JAX compiles per size, and what a kernel works on should stay in the cache of a core."""
 
 
 def in_batches(kernel: Callable[[Any], Any], cases: Any) -> Any:
-    """A compiled kernel over a tree of arrays (n,); its results as NumPy arrays (n, ...), n at least one."""
+    """A compiled kernel over a tree of arrays (n,); its results as NumPy arrays (n, ...), n at least one.
+
+    No LAPACK in such kernels, see `elimination.solved`.
+    """
     leaves, structure = jax.tree.flatten(cases)
     shape = np.broadcast_shapes(*(np.shape(leaf) for leaf in leaves))
     columns = [np.broadcast_to(np.asarray(leaf, dtype=float), shape) for leaf in leaves]
@@ -35,12 +39,11 @@ def in_batches(kernel: Callable[[Any], Any], cases: Any) -> Any:
 
 def in_threads(work: Callable[[Any], Any], items: Iterator[Any]) -> Iterator[Any]:
     """Results of `work` in order, one item per core under way; the items are drawn only as they are needed."""
-    cores = os.cpu_count() or 1
-    with ThreadPoolExecutor(cores) as pool:
+    with ThreadPoolExecutor(CORES) as pool:
         waiting = []
         for item in items:
             waiting.append(pool.submit(work, item))
-            if len(waiting) > cores:
+            if len(waiting) > CORES:
                 yield waiting.pop(0).result()
         for future in waiting:
             yield future.result()

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,7 +25,13 @@ Array = NDArray[Any]
 SAMPLES = 10_000
 """Places of a curve, and times of a motion, at which limits are looked at."""
 
-SPARE = 1e-5
+FEW = 400
+"""The same while the fastest law is searched for."""
+
+LONGEST = 1e6
+"""Duration (s) of a motion, at most."""
+
+SPARE = 1e-3
 """By how much a bent way is run through slower than the samples ask for: peaks lie between them."""
 
 
@@ -45,7 +52,19 @@ class Course(NamedTuple):
     """(n, 3): its derivative, rad."""
 
 
-Curve = Callable[[Array], Course]
+@dataclass(frozen=True)
+class Curve:
+    """A curve of poses."""
+
+    course: Callable[[Array], Course]
+    """Of parameters s (n,) in [0, 1]."""
+    knots: tuple[float, ...] = ()
+    """Parameters inside, at which the second derivatives have kinks."""
+    is_straight: bool = False
+    """Whether there are no second derivatives."""
+
+    def __call__(self, s: Array) -> Course:
+        return self.course(s)
 
 
 def straight(start: Frame, end: Frame) -> Curve:
@@ -61,11 +80,14 @@ def straight(start: Frame, end: Frame) -> Curve:
         turned = (Rotation.from_rotvec(np.multiply.outer(s, arc)) * axes).as_matrix()
         return Course(first + np.multiply.outer(s, last - first), still + last - first, still, turned, still + arc, still)
 
-    return at
+    return Curve(at, is_straight=True)
 
 
 def through(poses: Sequence[Frame], length: float) -> Curve:
-    """A smooth way through several poses, with four continuous derivatives (quintic splines, of quaternions for the turns).
+    """A smooth way through several poses, with two continuous derivatives: cubic splines, of rotation vectors for the turns.
+
+    Parameters are spread by the root of the distance (E. T. Y. Lee, Choosing nodes in parametric curve interpolation,
+    Computer-Aided Design 21, 1989): poses that lie close together make other ways swing out.
 
     Args:
         poses: at least two, each another than the one before.
@@ -74,36 +96,30 @@ def through(poses: Sequence[Frame], length: float) -> Curve:
     Raises:
         InputError: when a pose is that before it.
     """
-    from scipy.interpolate import make_interp_spline
-    from scipy.spatial.transform import Rotation
+    from scipy.interpolate import CubicSpline
+    from scipy.spatial.transform import Rotation, RotationSpline
 
+    if len(poses) == 2:
+        return straight(*poses)
     turns = Rotation.from_matrix(np.stack([_axes(pose) for pose in poses]))
     places = np.stack([_place(pose) for pose in poses])
     steps = np.linalg.norm(np.diff(places, axis=0), axis=1) + length * (turns[1:] * turns[:-1].inv()).magnitude()
     for k, step in enumerate(steps):
         if not step > 1e-9 * length:
             raise InputError(f"poses: the pose {k + 2} of the path is where the pose {k + 1} is; leave one of them out")
-    knots = np.concatenate([[0.0], np.cumsum(steps)]) / steps.sum()
-    quaternions = turns.as_quat(scalar_first=True)
-    for k in range(1, len(poses)):  # the nearer of the two quaternions of a turn
-        quaternions[k] *= math.copysign(1.0, quaternions[k] @ quaternions[k - 1])
-    # Natural ends, where the degree leaves them open: others swing out before the first pose and after the last.
-    degree = min(5, len(poses) - 1)
-    ends = ([(3, np.zeros(7)), (4, np.zeros(7))],) * 2 if degree == 5 else None
-    spline = make_interp_spline(knots, np.hstack([places, quaternions]), k=degree, bc_type=ends)
-    slopes, bends = spline.derivative(), spline.derivative(2) if len(poses) > 2 else None
+    knots = np.concatenate([[0.0], np.cumsum(np.sqrt(steps))]) / np.sqrt(steps).sum()
+    if not np.diff(knots).min() > 1e-9:
+        k = int(np.argmin(np.diff(knots)))
+        raise InputError(f"poses: the pose {k + 2} is too near to the pose {k + 1} for a path of {steps.sum():.3g} m")
+    way, turning = CubicSpline(knots, places, bc_type="natural"), RotationSpline(knots, turns)
 
     def at(s: Array) -> Course:
-        value, slope = spline(s), slopes(s)
-        bend = np.zeros_like(value) if bends is None else bends(s)
-        q, dq, ddq = value[:, 3:], slope[:, 3:], bend[:, 3:]
-        square = np.sum(q * q, axis=1)[:, None]
-        turn = 2 * _vector_part(dq, q) / square
-        swing = 2 * _vector_part(ddq, q) / square - turn * 2 * np.sum(q * dq, axis=1)[:, None] / square
-        axes = Rotation.from_quat(q, scalar_first=True).as_matrix()
-        return Course(value[:, :3], slope[:, :3], bend[:, :3], axes, turn, swing)
+        turned = turning(s)
+        # The spline tells rates in the axes of the platform.
+        rates = turned.apply(turning(s, 1)), turned.apply(turning(s, 2))
+        return Course(way(s), way(s, 1), way(s, 2), turned.as_matrix(), *rates)
 
-    return at
+    return Curve(at, tuple(knots[1:-1].tolist()))
 
 
 def circle(start: Frame, radius: float) -> Curve:
@@ -121,7 +137,7 @@ def circle(start: Frame, radius: float) -> Curve:
         along = 2 * math.pi * np.stack([-out[:, 1], out[:, 0], 0 * s], axis=1)
         return Course(middle + out, along, -((2 * math.pi) ** 2) * out, np.broadcast_to(axes, (len(s), 3, 3)), still, still)
 
-    return at
+    return Curve(at)
 
 
 @dataclass(frozen=True)
@@ -218,10 +234,12 @@ class TimeLaw:
         """s."""
         return float(self.law.duration) * self.stretch
 
-    @property
+    @cached_property
     def switches(self) -> Array:
-        """Times at which the jerk of the law changes, s."""
-        return np.cumsum(self.law.profiles[0][0].t) * self.stretch
+        """Times at which the jerk jumps, s: where the law changes it, and at the knots of the curve."""
+        own = np.cumsum(self.law.profiles[0][0].t)
+        passed = [self.law.get_first_time_at_position(0, s) for s in self.curve.knots]
+        return np.unique([*own, *(t for t in passed if t is not None)]) * self.stretch
 
     def at(self, time: Array) -> Array:
         """(n, 24): position, three axes, velocity, angular velocity, and their derivatives."""
@@ -250,32 +268,54 @@ def timed(curves: Sequence[Curve], limits: Limits, duration: float | None = None
     if duration is None:
         return motion
     least = motion.duration
-    if not (math.isfinite(duration) and duration >= least * (1 - 1e-9)):
+    if not duration <= LONGEST:
+        raise InputError(f"duration: {duration:g} s; at most {LONGEST:g} s")
+    if not duration >= least * (1 - 1e-9):
         raise InputError(f"duration: {duration:g} s is too short; within its limits the motion takes {least:.4g} s")
     longer = duration / least
     return Trajectory(tuple(TimeLaw(law.curve, law.law, law.stretch * longer) for law in motion.laws))
 
 
 def _fastest(curve: Curve, limits: Limits) -> TimeLaw:
-    course = curve(np.linspace(0.0, 1.0, SAMPLES))
+    """The fastest of the laws that are Ruckig's for some speed and acceleration, as a whole as slow as the limits ask for."""
+    from scipy.optimize import minimize
+
+    course = curve(np.linspace(0.0, 1.0, 2 if curve.is_straight else SAMPLES))
     sizes = np.linalg.norm(course.slope, axis=1).max(), np.linalg.norm(course.turn, axis=1).max()
     if not max(sizes) > 1e-12:
         raise InputError("the path has no extent; give another pose to go to")
-    # Exact on a straight way; where the way bends, more comes of it, and the law is slowed down until that fits too.
     bounds = [min(limit / size for limit, size in zip(pair, sizes, strict=True) if size > 1e-12) for pair in limits.pairs]
-    law = TimeLaw(curve, _rest_to_rest(*bounds), 1.0)
+    if curve.is_straight:
+        return TimeLaw(curve, _rest_to_rest(*bounds), 1.0)  # exact on a straight way
+
+    # Greater ones than these are not reached on a way of length 1.
+    reached = min(bounds[0], math.sqrt(bounds[1]), math.cbrt(bounds[2])), min(bounds[1], math.cbrt(bounds[2]) ** 2)
+
+    def within(lower: Array, samples: int) -> TimeLaw:
+        """A law for speeds and accelerations lower by these powers of two, as slow as a whole as fits."""
+        law = TimeLaw(curve, _rest_to_rest(*np.array([*(np.exp2(-np.abs(lower)) * reached), bounds[2]])), 1.0)
+        return TimeLaw(curve, law.law, _excess(law, limits, samples) * (1 + SPARE))
+
+    # Where the way bends, speed costs acceleration: a law that is too fast must be slowed down as a whole.
+    starts = [np.array([a, b]) for a in (0.0, 0.5, 1.0, 2.0, 4.0) for b in (0.0, 0.5, 1.0)]
+    start = min(starts, key=lambda lower: within(lower, FEW).duration)
+    found = minimize(lambda lower: within(lower, FEW).duration, start, method="Nelder-Mead", options={"maxfev": 60})
+    return within(found.x, SAMPLES)
+
+
+def _excess(law: TimeLaw, limits: Limits, samples: int) -> float:
+    """By what factor a law must be slower than it is, to be within limits at some samples."""
     # Jerks jump: they are looked at on either side of every switch, over a time in which nothing else changes.
     short = 1e-6 * law.duration
-    times = np.concatenate([np.linspace(0.0, law.duration, SAMPLES), law.switches - 2 * short, law.switches + 2 * short])
+    times = np.concatenate([np.linspace(0.0, law.duration, samples), law.switches - 2 * short, law.switches + 2 * short])
     times = np.clip(times, short, law.duration - short)
     found = law.at(times)
     jerk = (law.at(times + short)[:, 18:] - law.at(times - short)[:, 18:]) / (2 * short)
-    excess = 1.0
+    excess = 0.0
     for order, (values, pair) in enumerate(zip((found[:, 12:18], found[:, 18:], jerk), limits.pairs, strict=True), start=1):
         for limit, part in zip(pair, (values[:, :3], values[:, 3:]), strict=True):
             excess = max(excess, (np.linalg.norm(part, axis=1).max() / limit) ** (1 / order))
-    # Rounding of a law that is exactly within its limits is no reason to slow it down.
-    return TimeLaw(curve, law.law, excess * (1 + SPARE) if excess > 1 + 1e-7 else 1.0)
+    return excess
 
 
 def _rest_to_rest(speed: float, acceleration: float, jerk: float) -> Any:
@@ -283,18 +323,14 @@ def _rest_to_rest(speed: float, acceleration: float, jerk: float) -> Any:
     from ruckig import InputParameter, Ruckig
     from ruckig import Trajectory as Law
 
+    if not all(1e-12 < bound < 1e12 for bound in (speed, acceleration, jerk)):
+        raise InputError("limits: they and the length of the path are too many orders of magnitude apart")
     wanted = InputParameter(1)
     wanted.current_position, wanted.target_position = [0.0], [1.0]
     wanted.max_velocity, wanted.max_acceleration, wanted.max_jerk = [speed], [acceleration], [jerk]
     law = Law(1)
     Ruckig(1).calculate(wanted, law)
     return law
-
-
-def _vector_part(a: Array, b: Array) -> Array:
-    """Vector part of a times the conjugate of b, quaternions (n, 4) with the scalar first."""
-    found: Array = b[:, :1] * a[:, 1:] - a[:, :1] * b[:, 1:] - np.cross(a[:, 1:], b[:, 1:])
-    return found
 
 
 def _place(pose: Frame) -> Array:

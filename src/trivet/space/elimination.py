@@ -135,3 +135,30 @@ def _eliminated_slope(
 def product(first: Array, second: Array) -> Array:
     """Products of small matrices, in one loop."""
     return (first[..., None] * second[..., None, :, :]).sum(axis=-2)
+
+
+def solved(matrix: Array, right: Array) -> Array:
+    """X of A X = B for small arrays (n, n) and (n, m), infinite or NaN where A is singular.
+
+    Own elimination: LAPACK below `vmap`, called for thousands of matrices or from two threads, can stop XLA on CPUs for ever.
+    """
+    return _reduced(matrix, right)[0]
+
+
+def determinant(matrix: Array) -> Array:
+    """Determinant of a small array (n, n); see `solved`."""
+    return _reduced(matrix, jnp.zeros((len(matrix), 0)))[1]
+
+
+def _reduced(matrix: Array, right: Array) -> tuple[Array, Array]:
+    """A^-1 B and det A, by Gauss and Jordan with the greatest pivot of each column."""
+    size = len(matrix)
+    rows, product = jnp.concatenate([matrix, right], axis=1), jnp.ones(())
+    for k in range(size):
+        pivot = k + jnp.argmax(jnp.abs(rows[k:, k]))
+        here, there = rows[k], rows[pivot]
+        rows = rows.at[pivot].set(here)
+        product = product * jnp.where(pivot == k, 1.0, -1.0) * there[k]
+        head = there / there[k]
+        rows = (rows - rows[:, k, None] * head).at[k].set(head)
+    return rows[:, size:], product

@@ -34,6 +34,9 @@ Array = NDArray[Any]
 FEWEST, MOST = 50, 200_000
 """Samples of a motion: fewer miss its peaks, more fill the memory."""
 
+USUAL, PER_KNOT = 1000, 20
+"""Samples unless said otherwise, and for each pose that a smooth way passes."""
+
 AGREED = 1e-9
 """How closely (s) the time is told at which a path leaves what a machine can do."""
 
@@ -63,8 +66,10 @@ class DriveSizing:
     force: Peak
     rms_force: float
     """Root of the mean square over the motion."""
-    power: Peak
-    """W; above zero while the drive gives."""
+    power_given: Peak
+    """W; greatest that the drive gives, to the motor's size."""
+    power_taken: Peak
+    """W, below zero; greatest that the drive takes back, when it brakes."""
     mean_power: float
     """W, of what the drive gives, over the motion; what it takes back is not counted."""
 
@@ -162,7 +167,8 @@ class MotionReport:
                     self._peak(self.drives.acceleration[:, k]),
                     self._peak(force),
                     float(np.sqrt(self._mean(force * force))),
-                    self._peak(power),
+                    self._peak(np.maximum(power, 0.0)),
+                    self._peak(np.minimum(power, 0.0)),
                     float(self._mean(np.maximum(power, 0.0))),
                 )
             )
@@ -191,7 +197,7 @@ def motion(
     *,
     loading: Loading | None = None,
     mode: str | None = None,
-    samples: int = 1000,
+    samples: int | None = None,
     anyway: bool = False,
 ) -> MotionReport:
     """A machine along a path, by inverse dynamics at many times.
@@ -201,7 +207,8 @@ def motion(
         trajectory: the platform's motion in time, see `trivet.space.curve`.
         loading: weight and load; the weight of a machine that stands upright when not given.
         mode: working mode; the machine's own when not given.
-        samples: equally spaced times; those at which the jerk changes are added.
+        samples: equally spaced times; those at which the jerk jumps are added.  USUAL, or PER_KNOT for each pose that the
+            way passes where these are more, when not given.
         anyway: go on where a joint is outside its travel.
 
     Raises:
@@ -209,6 +216,10 @@ def motion(
         NoResultError: naming time and pose, where a chain does not reach, a joint leaves its travel, or a singularity is met.
     """
     chosen = choose(machine)
+    if not isinstance(trajectory, Trajectory):
+        raise InputError("trajectory: expected what trivet.timed gives (trivet.read_path reads a path file)")
+    if samples is None:
+        samples = min(MOST, max(USUAL, PER_KNOT * sum(len(law.curve.knots) for law in trajectory.laws)))
     if not FEWEST <= samples <= MOST:
         step = trajectory.duration / max(samples, 1)
         raise InputError(
@@ -272,7 +283,7 @@ def _first(fails: Callable[[Array], Array], times: Array) -> float | None:
     if k == 0:
         return float(times[0])
     low, high = times[k - 1], times[k]
-    while high - low > AGREED:
+    while high - low > max(AGREED, 4 * np.spacing(high)):
         between = np.linspace(low, high, 101)
         own = int(np.argmax(fails(between)))
         if own == 0:

@@ -44,10 +44,10 @@ class GivenLimits:
     angular_acceleration: AngularAcceleration | None = None
     angular_jerk: AngularJerk | None = None
 
-    def over(self, others: Limits) -> Limits:
-        """These limits, and others where there are none."""
-        own = {field.name: getattr(self, field.name) for field in fields(self)}
-        return Limits(**{name: getattr(others, name) if value is None else value for name, value in own.items()})
+    def limits(self) -> Limits:
+        """All of them."""
+        given = {field.name: getattr(self, field.name) for field in fields(self)}
+        return Limits(**{name: value for name, value in given.items() if value is not None})
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class PathFile:
             curves = [through(frames, length)]
         else:
             curves = [straight(start, end) for start, end in pairwise(frames)]
-        return timed(curves, self.limits.over(Limits()), self.duration)
+        return timed(curves, self.limits.limits(), self.duration)
 
 
 def read_path(path: str | os.PathLike[str]) -> PathFile:
@@ -97,6 +97,8 @@ def read_path(path: str | os.PathLike[str]) -> PathFile:
     """
     name = os.fspath(path)
     document = read_toml(name, "a path file")
+    if document.get("format", 1) is True:
+        raise InputError(f"{name}: format: true is not known; expected 1")
     if "poses" not in document:
         raise InputError(f"{name}: poses: missing; a path has [[poses]] with a position each")
     try:

@@ -49,18 +49,30 @@ STEP = 0.1
 """Longest step, in radians of the fastest vibration."""
 LONGEST_STEP = 1.0
 """Step above which the fastest vibration would be drawn wrong, in radians of it."""
+LONGEST_FREE = 0.01
+"""Longest step (s) where nothing vibrates."""
 TOLERANCE = 1e-10
 """Relative error per step."""
 CREEP = 1e-4
 """Speed (m/s, rad/s) around which Coulomb friction passes through zero."""
 KEPT = 1e-6
 """Error of the energy balance, relative to what moved, at which a run has met what it cannot pass."""
+ROUNDING = 100 * float(np.finfo(float).eps)
+"""Of the energies that are balanced, relative to them: weight counts from {O}, and slow motions move far less."""
+NEAR = 1e-2
+"""Lever of a drive, over the characteristic length or one, below which a stuck run is said to be at a Type 1 singularity."""
 LEAST_ENERGY = 1e-15
 """Energy (J) below which nothing moved."""
 CHECKS = 20
 """Times at which the loops are closed once more, joint by joint."""
 
 _NONE = (0.0, 0.0, 0.0)
+
+LAW_WORDS: Mapping[Law, str] = {
+    "springs": "drives are springs",
+    "hold": "drives hold the weight as at the start",
+    "free": "drives are free",
+}
 
 
 @dataclass(frozen=True)
@@ -149,10 +161,10 @@ def simulate(
         duration: s.
         position, azimuth, tilt, roll: the pose from which it starts, as for `pose`.
         velocity, angular_velocity: of the platform at the start, at its centre in {O} (m/s, rad/s).
-        law: what the drives do: "springs" of their stiffness about where they start, on top of what holds the machine there;
+        law: what the drives do: "springs" of their stiffness about where they start, on top of what holds its weight there;
             "hold", those forces alone; "free", nothing.
         forces: constant forces of drives (N, N m) besides, by name.
-        loading: weight and load; the weight of a machine that stands upright when not given.
+        loading: weight, and a load that acts from the start on; the weight of a machine that stands upright when not given.
         mode: working mode; the machine's own when not given.
         samples: times at which it is recorded.
         step: longest step of the integrator (s); STEP of the fastest vibration when not given.
@@ -195,7 +207,7 @@ class _Run:
     """A run in pieces."""
 
     def __init__(self, at: PoseReport, signs: Any, acting: Acting, steps: Steps, anyway: bool) -> None:
-        self.machine, self.anyway = at.machine, anyway
+        self.machine, self.mode, self.anyway = at.machine, at.mode, anyway
         self.bodies = jax.tree.map(jnp.asarray, Bodies.of(at.machine))
         self.signs, self.acting, self.steps = jnp.asarray(signs), acting, steps
         self.taken = 0
@@ -251,7 +263,9 @@ class _Run:
         if self.total is None:
             self.total = float(balance.total[0])
         moving = balance.kinetic.max(), np.ptp(balance.potential), np.ptp(balance.springs)
-        kept = np.abs(balance.total - self.total) < KEPT * max(self.moved, *(float(size) for size in moving))
+        largest = max(float(np.abs(part).max()) for part in balance)
+        lost = np.abs(balance.total - self.total)
+        kept = lost < KEPT * max(self.moved, *(float(size) for size in moving)) + ROUNDING * largest
         states = self._states(seen.state.pose)
         outside = np.any(travel_excess(states) > 0, axis=1) & (not self.anyway)
         failed: Array = ~sound | outside | ~kept | ~np.all(states.reach >= 0, axis=1)
@@ -280,12 +294,25 @@ class _Run:
                 break
         k = int(np.argmax(failed[1:])) if np.any(failed[1:]) else len(times) - 1
         if miss is None or (self.anyway and miss.joint is not None):
-            reach = self._states(self._recorded(found[k][None]).state.pose).reach[0]
-            chain = self.machine.legs[int(np.argmin(reach))].name
-            reason = f"{chain} is stretched or folded, or its carriage on the axis of its guide (a Type 1 singularity)"
+            reason = self._stuck(self._recorded(found[k][None]).state.pose)
         else:
             reason = miss.reason
         return float(times[k]), found[k], f"at t = {times[k]:.6g} s: {reason}"
+
+    def _stuck(self, pose: Frame) -> str:
+        """Why a run can go no further at a pose, components (1,), though no limit is in its way."""
+        frame = jax.tree.map(lambda c: float(c[0]), pose)
+        length = float(self.machine.characteristic_length)
+        try:
+            levers = singularity(self.machine, frame, self.mode).drives
+        except NoResultError:
+            levers = ()
+        short = [lever for lever in levers if not lever.lever > NEAR * (length if lever.is_angular else 1.0)]
+        if levers and not short:
+            return "the balance of energy is lost: the steps are too long for this motion; give a shorter --step"
+        reach = self._states(pose).reach[0]
+        chain = short[0].name.split(".")[0] if short else self.machine.legs[int(np.argmin(reach))].name
+        return f"{chain} is stretched or folded, or its carriage on the axis of its guide (a Type 1 singularity)"
 
 
 def _acting(at: PoseReport, law: Law, loading: Loading, forces: Mapping[str, float]) -> Acting:
@@ -313,7 +340,7 @@ def _acting(at: PoseReport, law: Law, loading: Loading, forces: Mapping[str, flo
     if law != "free":
         still = Twist(ZERO, ZERO)
         case, state = Case(machine, at.signs, loading.gravity), State(at.frame, still)
-        given = given + drive_motion(case, state, still, loading.on(machine, at.frame)).force[0]
+        given = given + drive_motion(case, state, still).force[0]
     coordinates = [float(row.coordinate) for row in at.joints if row.actuated]
     order = [row.name for row in at.joints if row.actuated]
     rest = np.array([coordinates[order.index(name)] for name in named])
@@ -345,7 +372,7 @@ def _frequencies(at: PoseReport, acting: Acting) -> Array:
 
 
 def _steps(duration: float, step: float | None, fastest: float) -> Steps:
-    longest = STEP / fastest if fastest > 0 else duration / 100
+    longest = STEP / fastest if fastest > 0 else min(duration / 100, LONGEST_FREE)
     if step is not None:
         if not (step > 0 and math.isfinite(step)):
             raise InputError(f"step: {step:g} s; must be greater than zero")

@@ -27,7 +27,10 @@ class Way:
     to_tilt: Annotated[str | None, typer.Option("--to-tilt", help="Tilt to go to.")] = None
     to_roll: Annotated[str | None, typer.Option("--to-roll", help="Roll to go to.")] = None
     circle: Annotated[
-        str | None, typer.Option("--circle", help="Once round a level circle of this radius about the pose.", metavar="RADIUS")
+        str | None,
+        typer.Option(
+            "--circle", help="Once round a level circle of this radius about the pose, from its +x side.", metavar="RADIUS"
+        ),
     ] = None
     path: Annotated[str | None, typer.Option("--path", help="A path file with [[poses]].", metavar="FILE.toml")] = None
     speed: Annotated[str | None, typer.Option("--speed", help="Limit of the centre's speed; 0.1 m/s by default.")] = None
@@ -41,7 +44,9 @@ class Way:
     duration: Annotated[
         str | None, typer.Option("--duration", help="Of the whole motion; as short as the limits allow by default.")
     ] = None
-    samples: Annotated[int, typer.Option("--samples", help="Times at which the motion is looked at.")] = 1000
+    samples: Annotated[
+        int | None, typer.Option("--samples", help="Times at which the motion is looked at; a thousand, or 20 per pose.")
+    ] = None
     step: Annotated[str | None, typer.Option("--step", help="Time between them, in place of their number.")] = None
 
     @property
@@ -54,7 +59,7 @@ class Way:
         """How fast the platform may move."""
         from trivet.study.pathfile import GivenLimits
 
-        return GivenLimits(**self._given_limits()).over(_standard())
+        return GivenLimits(**self._given_limits()).limits()
 
     def _given_limits(self) -> dict[str, float | None]:
         return {
@@ -79,7 +84,11 @@ class Way:
         if self.path is not None:
             if at.is_given or duration is not None or any(v is not None for v in self._given_limits().values()):
                 raise InputError("--path: the file says where the path begins and how fast it is; leave the other options out")
-            return read_path(self.path).trajectory(float(machine.characteristic_length) or 1.0)
+            try:
+                return read_path(self.path).trajectory(float(machine.characteristic_length) or 1.0)
+            except InputError as error:
+                named = str(error).startswith(self.path)
+                raise error if named else InputError(f"{self.path}: {error}") from None
         start = at.frame(machine)
         if self.circle is not None:
             radius = o.quantity("--circle", self.circle, "length", "m", True)
@@ -91,7 +100,18 @@ class Way:
         end = zyz_frame(position, alpha if a is None else a, beta if b is None else b, gamma if c is None else c)
         return timed([straight(start, end)], self.limits(), duration)
 
-    def count(self, duration: float) -> int:
+    def require_none(self) -> None:
+        """Raise InputError where something of a path is given without one."""
+        from trivet.errors import InputError
+
+        given = {"--speed": self.speed, "--max-acceleration": self.acceleration_limit, "--jerk": self.jerk}
+        given |= {"--angular-speed": self.angular_speed, "--duration": self.duration}
+        given |= {"--samples": None if self.samples is None else str(self.samples), "--step": self.step}
+        for option, text in given.items():
+            if text is not None:
+                raise InputError(f"{option}: speaks of a motion; give --to, --circle or --path as well")
+
+    def count(self, duration: float) -> int | None:
         """How many times are looked at."""
         from trivet.errors import InputError
         from trivet.study.motion import FEWEST, MOST
@@ -99,7 +119,7 @@ class Way:
         step = o.quantity("--step", self.step, "time", "s", True)
         if step is None:
             return self.samples
-        count = round(duration / step) + 1
+        count = int(min(duration / step, 1e18)) + 1
         if count < FEWEST:
             raise InputError(
                 f"--step: {step:g} s is too large for a motion of {duration:.4g} s, whose peaks it would miss; "
@@ -107,15 +127,9 @@ class Way:
             )
         if count > MOST:
             raise InputError(
-                f"--step: {step:g} s makes {count} times of {duration:.4g} s; at least {duration / (MOST - 1):.3g} s"
+                f"--step: {step:g} s makes {count:.3g} times of {duration:.4g} s; at least {duration / (MOST - 1):.3g} s"
             )
         return count
-
-
-def _standard() -> Limits:
-    from trivet.space.curve import Limits
-
-    return Limits()
 
 
 def run(
@@ -145,9 +159,12 @@ def run(
     chosen = choice.load()
     if way.is_given:
         _refuse_state(speeds, acceleration, angular_acceleration, sensitivity)
-        trajectory = way.trajectory(chosen, at)
+        out.check()
+        with to.busy("laying out the path", out.as_json):
+            trajectory = way.trajectory(chosen, at)
         _along(chosen, trajectory, way.count(trajectory.duration), acting, mode, anyway, out)
         return
+    way.require_none()
     from trivet.cli.views import dynamics as view
     from trivet.errors import InputError
     from trivet.study.dynamics import dynamics_report
@@ -177,7 +194,13 @@ def run(
 
 
 def _along(
-    chosen: Machine, trajectory: Trajectory, samples: int, acting: Acting, mode: str | None, anyway: bool, out: DataOutput
+    chosen: Machine,
+    trajectory: Trajectory,
+    samples: int | None,
+    acting: Acting,
+    mode: str | None,
+    anyway: bool,
+    out: DataOutput,
 ) -> None:
     from trivet.cli.views import motion as view
     from trivet.study.motion import motion

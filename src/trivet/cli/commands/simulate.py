@@ -11,6 +11,7 @@ from trivet.cli import output as to
 from trivet.cli.groups import Acting, At, Choice, DataOutput, Speeds
 
 if TYPE_CHECKING:
+    from trivet.model import Machine
     from trivet.study.simulation import Law
 
 
@@ -26,7 +27,7 @@ def run(
         str,
         typer.Option(
             "--drives",
-            help="Springs of their stiffness about what holds the machine at the start; hold, that alone; or free.",
+            help="Springs of their stiffness about what holds its weight at the start; hold, that alone; or free.",
             metavar="springs|hold|free",
         ),
     ] = "springs",
@@ -47,16 +48,13 @@ def run(
 ) -> None:
     """Let a machine go: how it moves under its weight, a load, and drives that are springs or push with constant forces."""
     from trivet.cli.views import simulation as view
-    from trivet.study.dynamics import force_units
-    from trivet.study.machines import parse_settings
     from trivet.study.simulation import simulate
 
     chosen = choice.load()
     length = o.quantity("--duration", duration, "time", "s", True)
     assert length is not None
     longest = o.quantity("--step", step, "time", "s", True)
-    pairs = parse_settings(push or [])
-    forces = {name: _force(chosen, name, text, force_units(chosen)) for name, text in pairs.items()}
+    forces = dict(_force(chosen, text) for text in push or [])
     (velocity, angular_velocity), loading = speeds.numbers(), acting.loading()
     out.check()
     with to.progress(out.as_json, "samples") as advance:
@@ -78,16 +76,17 @@ def run(
     out.give(result, view)
 
 
-def _force(machine: object, name: str, text: str, units: list[str]) -> float:
+def _force(machine: Machine, pushed: str) -> tuple[str, float]:
     from trivet.errors import InputError, nearest
-    from trivet.kinematics.jacobian import actuator_names
-    from trivet.model import Machine
+    from trivet.kinematics.jacobian import actuators
 
-    assert isinstance(machine, Machine)
-    names = actuator_names(machine)
-    if name not in names:
-        raise InputError(f"--push {name}: {machine.name} has no such drive{nearest(name, names)}")
-    unit = units[names.index(name)]
+    name, sign, text = (part.strip() for part in pushed.partition("="))
+    drives = dict(actuators(machine))
+    if not sign or not text:
+        raise InputError(f"--push \"{pushed}\": expected DRIVE=FORCE, as in {next(iter(drives))}='10 N'")
+    if name not in drives:
+        raise InputError(f"--push {name}: {machine.name} has no such drive{nearest(name, drives)}")
+    unit = drives[name].force_unit
     found = o.quantity(f"--push {name}", text, "force" if unit == "N" else "torque", unit)
     assert found is not None
-    return found
+    return name, found

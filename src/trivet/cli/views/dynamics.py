@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -10,7 +11,12 @@ import numpy as np
 from trivet.cli.views.layout import beside, reached, table, where
 from trivet.cli.views.si import finite, pose_keys
 from trivet.dynamics.sensitivity import Slopes
+from trivet.kinematics.jacobian import actuators
+from trivet.model import Machine
+from trivet.model.elements import Joint
 from trivet.study.dynamics import DynamicsReport, Loading
+
+NEAR_SINGULAR = "near a singularity, where forces grow without bound (trivet singularity tells more)"
 
 MOST_DIMENSIONS = 12
 """Dimensions that a table of slopes shows: those with the greatest effect."""
@@ -22,10 +28,12 @@ def tables(report: DynamicsReport, slopes: Slopes | None = None) -> Iterator[Any
     kinetic, _ = report.energy
     yield (
         f"{where(at.machine.name, at.mode, at.position, at.angles)}\n{reached(at.miss)}\n"
-        f"{loaded(report.loading)}; kinetic energy {kinetic:.4g} J"
+        f"{loaded(report.loading)}; kinetic energy {kinetic:.4g} J; sigma_min {report.sigma_min:.3g}"
+        + (f", {NEAR_SINGULAR}" if report.sigma_min < 0.01 else "")
     )
     yield _drives(report)
     yield _shares(report)
+    yield unweighed(at.machine)
     inertia = table("M_Q, inertia seen by the drives (kg, kg m, kg m²)", "", *report.actuators)
     size = np.sqrt(np.abs(np.diag(report.equations.actuators.inertia)))
     for k, (name, row) in enumerate(zip(report.actuators, report.equations.actuators.inertia, strict=True)):
@@ -34,6 +42,20 @@ def tables(report: DynamicsReport, slopes: Slopes | None = None) -> Iterator[Any
     yield _joints(report)
     if slopes is not None:
         yield _slopes(report, slopes)
+
+
+def unweighed(machine: Machine) -> str:
+    """What counts for nothing since the machine file does not give it: sizes of motors depend on it."""
+    drives = [joint for _, joint in actuators(machine)]
+    joints = [e for chain in machine.chains.values() for e in chain.elements if isinstance(e, Joint)]
+    missing = {
+        "motors (reflected_inertia)": not any(joint.reflected_inertia for joint in drives),
+        "friction": not any(joint.friction or joint.damping for joint in joints),
+        "masses of " + ", ".join(dict.fromkeys(e.name for e in joints if not e.mass)): any(not e.mass for e in joints),
+        "the platform's mass": not machine.platform.mass and machine.platform.disc is None,
+    }
+    found = [what for what, is_missing in missing.items() if is_missing]
+    return f"not in the machine file, and counted as nothing: {'; '.join(found)}" if found else ""
 
 
 def loaded(loading: Loading) -> str:
@@ -55,9 +77,10 @@ def _drives(report: DynamicsReport) -> Any:
     speed, rise, force, power = (_greatest(a) for a in (*drives[1:], drives.force, report.powers))
     for k, (name, unit) in enumerate(zip(report.actuators, report.units, strict=True)):
         way = "m" if unit == "N" else "rad"
-        scale, shown = (1e3, "mm") if way == "m" else (1.0, "rad")
+        scale, shown = (1e3, "mm") if way == "m" else (math.degrees(1), "°")
         found.add_row(
-            name, f"{beside(drives.speed[k] * scale, speed)} {shown}/s", f"{beside(drives.acceleration[k], rise)} {way}/s²",
+            name, f"{beside(drives.speed[k] * scale, speed)} {shown}/s",
+            f"{beside(drives.acceleration[k] * scale, rise)} {shown}/s²",
             f"{beside(drives.force[k], force)} {unit}", f"{beside(report.powers[k], power)} W",
         )  # fmt: skip
     return found

@@ -12,9 +12,10 @@ from trivet.cli.views.dynamics import loaded
 from trivet.cli.views.layout import beside, fixed, table, where
 from trivet.cli.views.si import finite, pose_keys
 from trivet.study.dynamics import force_units
-from trivet.study.simulation import Simulation
+from trivet.study.simulation import LAW_WORDS, Simulation
 
-_WORDS = {"springs": "drives are springs", "hold": "drives push as at the start", "free": "drives are free"}
+STILL = 1e-9
+"""Speed (m/s, rad/s) of a machine that stands."""
 
 
 def tables(result: Simulation) -> Iterator[Any]:
@@ -23,7 +24,7 @@ def tables(result: Simulation) -> Iterator[Any]:
     held = [f"{f:.1f}" for f in result.frequencies if f > 0]
     yield (
         f"{where(at.machine.name, at.mode, at.position, at.angles)}\n"
-        f"{_WORDS[result.law]}, {loaded(result.loading)}, {result.time[-1]:.4g} s in {result.steps} steps"
+        f"{LAW_WORDS[result.law]}, {loaded(result.loading)}, {result.time[-1]:.4g} s in {result.steps} steps"
         + (f"\nnatural frequencies on the drives' springs: {', '.join(held)} Hz" if held else "")
         + (f"\nended {result.ended}" if result.ended else "")
     )
@@ -44,6 +45,8 @@ def tables(result: Simulation) -> Iterator[Any]:
             name, f"{fixed(own.min(), 6)} {shown}", f"{fixed(own.max(), 6)} {shown}", f"{beside(greatest, most)} {unit}"
         )
     yield drives
+    if not np.any(np.abs(result.state.twist.linear) + np.abs(result.state.twist.angular) > STILL):
+        yield "in balance, and at rest: give it a --velocity, a --force or a --push, or let the drives be free (--drives free)"
     balance = result.balance
     energies = table("energy, J", "", "kinetic", "weight", "springs", "friction took", "forces put in")
     for name, k in (("at the start", 0), ("at the end", -1)):
