@@ -22,7 +22,6 @@ from trivet.kinematics.jacobian import (
     homogenised,
     homogenised_inverse,
     inverse_jacobian,
-    is_angular,
     is_driven,
     zyz_rates,
 )
@@ -161,7 +160,7 @@ def test_inverse_jacobian_is_the_derivative_of_the_inverse_kinematics(name: str)
             coordinates(machine, turned(exponential(s * twist[3:]), pose, s * twist[:3]), signs)[0] for s in (1, -1)
         )
         slope = np.array(ahead) - np.array(behind)
-        angular = [is_angular(joint) for _, joint in actuators(machine)]
+        angular = [joint.is_angular for _, joint in actuators(machine)]
         slope[:, angular] = np.arctan2(np.sin(slope[:, angular]), np.cos(slope[:, angular]))
         scale = size if k < 3 else size * machine.characteristic_length
         assert np.max(np.abs(slope / (2 * step) - found[:, :, k]) / scale) < 1e-6
@@ -335,7 +334,7 @@ def test_reference_cases(case: dict[str, Any]) -> None:
     if "JG_inv" not in case:
         return
     inverse_here = to_case_order(case) @ np.asarray(inverse_jacobian(machine, pose, parse_mode(machine)))
-    lengths = np.array([1.0 if is_angular(joint) else 1e3 for _, joint in actuators(machine)])
+    lengths = np.array([1.0 if joint.is_angular else 1e3 for _, joint in actuators(machine)])
     in_mm = lengths[:, None] * inverse_here / np.r_[[1e3] * 3, [1.0] * 3]
     assert in_rows(machine, in_mm - np.array(case["JG_inv"]), np.array(case["JG_inv"])) < 1e-9
     unit = np.prod(lengths) * 1e-9

@@ -174,7 +174,8 @@ def test_sizing_against_plain_numpy(resisting: bool) -> None:
         assert drive.mean_power == pytest.approx(given[k], rel=1e-12)
         for peak, values in (
             (drive.speed, report.drives.speed), (drive.acceleration, report.drives.acceleration),
-            (drive.force, report.drives.force), (drive.power, power),
+            (drive.force, report.drives.force), (drive.power_given, np.maximum(power, 0)),
+            (drive.power_taken, np.minimum(power, 0)),
         ):  # fmt: skip
             assert abs(peak.value) == np.abs(values[:, k]).max()
             assert values[np.flatnonzero(time == peak.time)[0], k] == peak.value

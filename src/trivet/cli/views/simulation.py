@@ -45,14 +45,15 @@ def tables(result: Simulation) -> Iterator[Any]:
             name, f"{fixed(own.min(), 6)} {shown}", f"{fixed(own.max(), 6)} {shown}", f"{beside(greatest, most)} {unit}"
         )
     yield drives
-    if not np.any(np.abs(result.state.twist.linear) + np.abs(result.state.twist.angular) > STILL):
-        yield "in balance, and at rest: give it a --velocity, a --force or a --push, or let the drives be free (--drives free)"
     balance = result.balance
     energies = table("energy, J", "", "kinetic", "weight", "springs", "friction took", "forces put in")
     for name, k in (("at the start", 0), ("at the end", -1)):
         energies.add_row(name, *(f"{float(part[k]) + 0.0:.6g}" for part in balance))
     yield energies
-    yield f"energy drift {np.abs(result.drift).max():.1e} of what moved, loops closed to {result.gap:.1e} m"
+    if max(np.abs(part).max() for part in (*result.state.twist.linear, *result.state.twist.angular)) > STILL:
+        yield f"energy drift {np.abs(result.drift).max():.1e} of what moved, loops closed to {result.gap:.1e} m"
+    else:
+        yield "in balance, and at rest: give it a --velocity, a --force or a --push, or let the drives be free (--drives free)"
 
 
 def as_json(result: Simulation) -> dict[str, Any]:
