@@ -61,6 +61,8 @@ class _Loop(NamedTuple):
     gap: Callable[[Array], Array]
     slope: Callable[[Array], Array]
     size: float
+    seat: Frame
+    """The platform joint's frame in {O}."""
 
 
 def close_machine(machine: Machine, pose: Frame) -> tuple[Closure, ...]:
@@ -163,6 +165,7 @@ def _loop(leg: Leg, pose: Frame) -> _Loop:
         lambda unknowns: np.asarray(_gap(unknowns, *arguments)),
         lambda unknowns: np.asarray(_gap_slope(unknowns, *arguments)),
         size,
+        target,
     )
 
 
@@ -258,7 +261,8 @@ def _closure(leg: Leg, loop: _Loop, unknowns: Array) -> Closure:
             numbers[element.name], rest = tuple(rest[: len(element.unknowns)]), rest[len(element.unknowns) :]
     coordinates = coordinates_from(elements, np.array(values))
     steps = walk_from(leg.base_frame(), elements, coordinates)
-    excess = [float(max(g.low - g.value, g.value - g.high) / (g.high - g.low)) for g in gauges_along(leg, steps, coordinates)]
+    limited = gauges_along(leg, steps, coordinates, loop.seat)
+    excess = [float(max(g.low - g.value, g.value - g.high) / (g.high - g.low)) for g in limited]
     return Closure(coordinates, numbers, _size(loop.gap(unknowns)) * loop.size, max(excess, default=-math.inf))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeGuard
 
 import jax
 import jax.numpy as jnp
@@ -13,7 +13,7 @@ import numpy as np
 from trivet.kinematics.standing import postures
 from trivet.kinematics.travel import gauges
 from trivet.model import Machine
-from trivet.model.elements import Curvilinear, Drivable, Revolute
+from trivet.model.elements import Curvilinear, Drivable, Element, Revolute, Socket
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
 
@@ -28,7 +28,7 @@ class JointState(NamedTuple):
 
     coordinate: Scalar
     gauge: Scalar
-    """What the travel limits: the coordinate, or the elevation of the next body."""
+    """What the travel limits: the coordinate, the elevation of the next body, or how a socket's stem stands."""
     low: Scalar
     high: Scalar
     reach: Scalar
@@ -36,13 +36,17 @@ class JointState(NamedTuple):
 
 
 def joint_names(machine: Machine) -> list[str]:
-    """Names of the joints of one freedom, which reports list: "leg-1.slide"."""
-    return [f"{leg.name}.{e.name}" for leg in machine.legs for e in leg.chain.elements if isinstance(e, Drivable)]
+    """Names of the joints which reports list, those of one freedom and those with a cone: "leg-1.slide"."""
+    return [f"{leg.name}.{e.name}" for leg in machine.legs for e in leg.chain.elements if _is_listed(e)]
 
 
-def joint_elements(machine: Machine) -> list[Drivable]:
+def joint_elements(machine: Machine) -> list[Drivable | Socket]:
     """The joints in the order of `joint_names`."""
-    return [e for leg in machine.legs for e in leg.chain.elements if isinstance(e, Drivable)]
+    return [e for leg in machine.legs for e in leg.chain.elements if _is_listed(e)]
+
+
+def _is_listed(element: Element) -> TypeGuard[Drivable | Socket]:
+    return isinstance(element, Drivable) or (isinstance(element, Socket) and element.is_limited)
 
 
 def joint_state(machine: Machine, pose: Frame, signs: Scalar) -> JointState:
@@ -51,15 +55,19 @@ def joint_state(machine: Machine, pose: Frame, signs: Scalar) -> JointState:
     reach = []
     for leg, posture in zip(machine.legs, postures(machine, pose, signs), strict=True):
         reach.append(posture.reach)
-        limited = {gauge.joint.name: gauge for gauge in gauges(leg, posture)}
+        limited = {gauge.joint.name: gauge for gauge in gauges(leg, posture, pose)}
         for element, coordinate in zip(leg.chain.elements, posture.coordinates, strict=True):
-            if not isinstance(element, Drivable):
+            if not _is_listed(element):
+                continue
+            gauge = limited.get(element.name)
+            measured = None if gauge is None else gauge.plain(gauge.value)
+            if isinstance(element, Socket):
+                low = -element.cone if element.neutral.measure == "elevation" else -math.inf  # type: ignore[operator, union-attr]
+                columns.append((measured, measured, low, element.cone))
                 continue
             plain = element.number(coordinate)
-            gauge = limited.get(element.name)
             low, high = element.travel or (-math.inf, math.inf)
-            measured = plain if gauge is None else jnp.arcsin(gauge.value) if gauge.is_sine else gauge.value
-            columns.append((plain, measured, low, high))
+            columns.append((plain, plain if measured is None else measured, low, high))
     coordinate, measured, lows, highs = (_stack(column) for column in zip(*columns, strict=True))
     return JointState(coordinate, measured, lows, highs, _stack(reach))
 
@@ -116,17 +124,29 @@ def shortfall(machine: Machine, state: JointState, roll_index: int = 0) -> Short
     name, element = joint_names(machine)[worst], joint_elements(machine)[worst]
     value, low, high = (float(a[roll_index, worst]) for a in (state.gauge, state.low, state.high))
     unit, scale = ("deg", math.degrees(1)) if element.is_angular else ("mm", 1e3)
-    word = "elevation " if isinstance(element, Revolute) and element.measure == "elevation" else ""
+    word = _measured(element)
     relation, limit = ("below", low) if value < low else ("above", high)
     reason = f"{name} {word}at {value * scale:.4g} {unit} is {relation} its limit of {limit * scale:.4g} {unit}"
     return Shortfall(OUTSIDE_TRAVEL, name.split(".")[0], element.name, reason)
 
 
+def _measured(element: Drivable | Socket) -> str:
+    """What the travel limits, if it is not the coordinate."""
+    if isinstance(element, Socket):
+        assert element.neutral is not None
+        return f"{element.neutral.measure} "
+    return "elevation " if isinstance(element, Revolute) and element.measure == "elevation" else ""
+
+
 def travel_excess(state: JointState) -> Any:
     """How far each joint is outside its travel, as a fraction of the travel (n, joints); zero or less inside."""
     gauge, low, high = (np.asarray(a) for a in (state.gauge, state.low, state.high))
-    limited = np.isfinite(low)
-    span = np.where(limited, high - low, 1.0)
-    return np.where(
-        limited, np.maximum(np.where(limited, low, 0.0) - gauge, gauge - np.where(limited, high, 0.0)) / span, -np.inf
-    )
+    limited = np.isfinite(high)
+    span = np.where(limited, high - np.where(np.isfinite(low), low, 0.0), 1.0)
+    return np.where(limited, np.maximum(low - gauge, gauge - np.where(limited, high, 0.0)) / span, -np.inf)
+
+
+def travel_margins(state: JointState) -> Any:
+    """How far each joint (n, joints) is inside its travel, m or rad: below zero outside, infinite without any."""
+    gauge, low, high = (np.asarray(a) for a in (state.gauge, state.low, state.high))
+    return np.minimum(gauge - low, high - gauge)

@@ -3,51 +3,69 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import jax.numpy as jnp
 
 from trivet.kinematics.walk import Coordinate, Posture, walk
 from trivet.model import Leg
-from trivet.model.elements import Drivable, Element, Revolute
-from trivet.space.frame import Frame
+from trivet.model.elements import Drivable, Element, Joint, Revolute, Socket
+from trivet.space.frame import Angle, Frame, about_z
 from trivet.space.scalar import Scalar
 
 
 class Gauge(NamedTuple):
-    """A joint against its travel: value, lower and upper limit on one monotonic scale (m, rad, or the sine of an elevation)."""
+    """A joint against its travel: value, lower and upper limit on one monotonic scale."""
 
-    joint: Drivable
+    joint: Joint
     value: Scalar
     low: Scalar
     high: Scalar
+    scale: Literal["plain", "sine", "cosine"] = "plain"
+    """What the three are: the coordinate (m, rad), or the sine or the cosine of an angle."""
 
-    @property
-    def is_sine(self) -> bool:
-        """Whether the scale is the sine of an elevation."""
-        return isinstance(self.joint, Revolute) and self.joint.measure == "elevation"
-
-
-def gauges(leg: Leg, posture: Posture) -> list[Gauge]:
-    """Every limited joint of a chain."""
-    return gauges_along(leg, walk(leg.chain.elements, posture), posture.coordinates)
+    def plain(self, value: Scalar) -> Scalar:
+        """A value on this scale in m or rad."""
+        if self.scale == "plain":
+            return value
+        return jnp.arcsin(value) if self.scale == "sine" else jnp.arccos(jnp.clip(value, -1.0, 1.0))
 
 
-def gauges_along(leg: Leg, steps: list[tuple[Element, Frame, Coordinate]], coordinates: tuple[Coordinate, ...]) -> list[Gauge]:
-    """Every limited joint of a walk whose frames have z upright; the coordinates stand apart, as a walk may start at rest."""
+def gauges(leg: Leg, posture: Posture, pose: Frame) -> list[Gauge]:
+    """Every limited joint of a chain, at a platform pose."""
+    seat = pose.place(leg.platform_frame())
+    back = Angle(posture.heading.cos, -posture.heading.sin)
+    turned = Frame(posture.end, *(about_z(back, axis) for axis in seat[1:]))
+    return gauges_along(leg, walk(leg.chain.elements, posture), posture.coordinates, turned)
+
+
+def gauges_along(
+    leg: Leg, steps: list[tuple[Element, Frame, Coordinate]], coordinates: tuple[Coordinate, ...], seat: Frame
+) -> list[Gauge]:
+    """Every limited joint of a walk.
+
+    Args:
+        leg: the chain.
+        steps: the walk, in axes whose z is upright.
+        coordinates: they stand apart, as a walk may start at rest.
+        seat: the frame of the platform joint, in the axes of the walk.
+    """
     found = []
-    for index, (element, frame, coordinate) in enumerate(steps):
+    for index, (element, frame, _) in enumerate(steps):
         limits = leg.limits[index]
         if limits is None:
             continue
-        assert isinstance(element, Drivable)
         low, high = limits
+        if isinstance(element, Socket):
+            found.append(_socket(element, steps, index, seat, low, high))
+            continue
+        assert isinstance(element, Drivable)
         if not element.is_angular:
             found.append(Gauge(element, coordinates[index], low, high))
         elif isinstance(element, Revolute) and element.measure == "elevation":
             follower = next(e.axis_of_body for e, _, _ in steps[index + 1 :] if e.axis_of_body is not None)
-            sine = element.advance(frame, coordinate).direction(follower).z
-            found.append(Gauge(element, sine, low, high))
+            sine = element.advance(frame, steps[index][2]).direction(follower).z
+            found.append(Gauge(element, sine, low, high, "sine"))
         else:
             angle = element.number(coordinates[index])
             # The turn nearest to the middle of the travel, so that a travel may lie across 180 degrees.
@@ -56,9 +74,29 @@ def gauges_along(leg: Leg, steps: list[tuple[Element, Frame, Coordinate]], coord
     return found
 
 
-def within(leg: Leg, posture: Posture) -> Scalar:
+def _socket(
+    joint: Socket, steps: list[tuple[Element, Frame, Coordinate]], index: int, seat: Frame, low: Scalar, high: Scalar
+) -> Gauge:
+    """A socket's stem against its neutral axis."""
+    neutral = joint.neutral
+    assert neutral is not None
+    before, beyond = steps[index][1], seat if index == len(steps) - 1 else steps[index + 1][1]
+    own, other = (beyond, before) if neutral.body == "beyond" else (before, beyond)
+    if neutral.stem is not None:
+        stem = other.direction(neutral.stem)
+    elif neutral.body == "beyond":
+        along, frame = next((e.axis_of_body, f) for e, f, _ in reversed(steps[:index]) if e.axis_of_body is not None)
+        stem = -frame.direction(along)
+    else:
+        along, frame = next((e.axis_of_body, f) for e, f, _ in steps[index + 1 :] if e.axis_of_body is not None)
+        stem = frame.direction(along)
+    scale: Literal["sine", "cosine"] = "sine" if neutral.measure == "elevation" else "cosine"
+    return Gauge(joint, stem @ own.direction(neutral.axis), low, high, scale)
+
+
+def within(leg: Leg, posture: Posture, pose: Frame) -> Scalar:
     """Whether a chain closes with every joint inside its travel; False, not NaN, where it does not close."""
     inside: Scalar = posture.reach >= 0
-    for gauge in gauges(leg, posture):
+    for gauge in gauges(leg, posture, pose):
         inside = inside & (gauge.value >= gauge.low) & (gauge.value <= gauge.high)
     return inside

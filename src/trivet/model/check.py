@@ -19,6 +19,7 @@ from trivet.model.elements import (
     Prismatic,
     Profile,
     Revolute,
+    Socket,
     Spherical,
     Universal,
 )  # fmt: skip
@@ -119,7 +120,7 @@ def _check_bearing(path: str, joint: Joint) -> None:
 def _check_chain(path: str, chain: Chain) -> None:
     elements = chain.elements
     names = [e.name for e in elements]
-    for element in elements:
+    for index, element in enumerate(elements):
         here = f"{path}.elements.{element.name}"
         if names.count(element.name) > 1:
             raise InputError(f"{here}.name: two elements of this chain have this name; give each its own")
@@ -131,6 +132,7 @@ def _check_chain(path: str, chain: Chain) -> None:
             raise InputError(f"{here}.reflected_inertia: that of a motor, and none drives this joint; set actuated = true")
         if isinstance(element, Spherical):
             _check_ball(here, element)
+        _check_socket(here, index, elements)
         if isinstance(element, Universal):
             first, second = element.axes
             if abs(sum(a * b for a, b in zip(first, second, strict=True))) > 1e-12:
@@ -191,8 +193,25 @@ def _check_ball(path: str, ball: Spherical) -> None:
         raise InputError(f'{path}.stiffness: goes with rotation = "elastic" only, which is "{ball.rotation}" here')
     if ball.stiffness is not None and ball.stiffness < SOFTEST:
         raise InputError(f'{path}.stiffness: {ball.stiffness:g} N m/rad is as good as none; write rotation = "free" instead')
-    if ball.cone is not None and not 0 < ball.cone <= math.pi * (1 + 1e-12):
-        raise InputError(f"{path}.cone: {_deg(ball.cone)} does not lie between 0 deg and 180 deg")
+
+
+def _check_socket(path: str, index: int, elements: tuple[Element, ...]) -> None:
+    socket = elements[index]
+    if not isinstance(socket, Socket):
+        return
+    if socket.cone is not None and not 0 < socket.cone <= math.pi * (1 + 1e-12):
+        raise InputError(f"{path}.cone: {_deg(socket.cone)} does not lie between 0 deg and 180 deg")
+    neutral = socket.neutral
+    if neutral is None:
+        return
+    if socket.cone is None:
+        raise InputError(f"{path}.neutral: needs {path}.cone beside it")
+    if neutral.measure == "elevation" and socket.cone > math.pi / 2 * (1 + 1e-12):
+        raise InputError(f"{path}.cone: {_deg(socket.cone)}, but an elevation lies between -90 deg and 90 deg")
+    others = elements[:index] if neutral.body == "beyond" else elements[index + 1 :]
+    if neutral.stem is None and all(e.axis_of_body is None for e in others):
+        side = "before" if neutral.body == "beyond" else "beyond"
+        raise InputError(f"{path}.neutral.stem: needed, since the chain has no beam or slide {side} this joint")
 
 
 def _profiles(path: str, chain: Chain) -> Iterator[tuple[str, Profile]]:

@@ -330,14 +330,14 @@ class Leg(eqx.Module):
     tip_turn: Angle
     """Turn about z_E of the platform joint's frame from {E}."""
     limits: tuple[tuple[Scalar, Scalar] | None, ...]
-    """Per element: lower and upper limit on the scale of its gauge (`Drivable.limits`), or None."""
+    """Per element: lower and upper limit on the scale of its gauge (`Element.limits`), or None."""
 
     @classmethod
     def standing(cls, chain: Chain, rotation: Scalar, name: str = "") -> Leg:
         """A chain turned about z by a rotation (rad)."""
         base_azimuth = 0.0 if chain.base is None else chain.base.azimuth
         turns = turned_by(base_azimuth, rotation), turned_by(chain.platform_joint.azimuth, rotation)
-        limits = tuple(e.limits if isinstance(e, Drivable) else None for e in chain.elements)
+        limits = tuple(e.limits for e in chain.elements)
         return cls(name, chain, rotation, *turns, limits)
 
     def alone(self) -> Chain:

@@ -83,7 +83,7 @@ def leg_stiffness(stock: Stock, leg: Leg, pose: Frame, signs: Scalar) -> LegStif
     middle = part.matrix.inverse()
     shared = (*posture.end, *part.matrix.upper(), *middle.upper(), *(component for row in rows for component in row))
     entries = product(middle, rows).upper()
-    return LegStiffness(tuple(entries), within(leg, posture), tuple(s for s in shared if not is_known(s)))
+    return LegStiffness(tuple(entries), within(leg, posture, pose), tuple(s for s in shared if not is_known(s)))
 
 
 def platform_stiffness(mechanism: Mechanism, pose: Frame, signs: Scalar) -> tuple[Symmetric, Scalar]:

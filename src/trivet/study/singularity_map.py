@@ -208,7 +208,7 @@ def singularity_map(
 @jax.jit
 def _within(machine: Machine, poses: Frame, signs: Scalar) -> Scalar:
     def one(pose: Frame) -> Scalar:
-        return jnp.all(jnp.stack([within(leg, inverse(leg, pose, signs[k])) for k, leg in enumerate(machine.legs)]))
+        return jnp.all(jnp.stack([within(leg, inverse(leg, pose, signs[k]), pose) for k, leg in enumerate(machine.legs)]))
 
     return jax.vmap(one)(poses)
 

@@ -24,12 +24,13 @@ from trivet.model.elements.curvilinear import Curvilinear
 from trivet.model.elements.offset import Offset
 from trivet.model.elements.prismatic import Prismatic
 from trivet.model.elements.revolute import Revolute
+from trivet.model.elements.socket import Neutral, Socket
 from trivet.model.elements.spherical import Spherical
 from trivet.model.elements.universal import Universal
 
 AnyElement = Annotated[Curvilinear | Prismatic | Revolute | Spherical | Universal | Beam | Offset, Field(discriminator="type")]
 
 __all__ = [
-    "AnyElement", "Beam", "Body", "Curvilinear", "Drivable", "Element", "Flexibility", "Joint", "Offset",
-    "Prismatic", "Profile", "Revolute", "Spherical", "Stock", "Universal",
+    "AnyElement", "Beam", "Body", "Curvilinear", "Drivable", "Element", "Flexibility", "Joint", "Neutral", "Offset",
+    "Prismatic", "Profile", "Revolute", "Socket", "Spherical", "Stock", "Universal",
 ]  # fmt: skip

@@ -146,6 +146,11 @@ class Element(eqx.Module):
         return None
 
     @property
+    def limits(self) -> tuple[Scalar, Scalar] | None:
+        """Lower and upper limit on the scale on which a joint is compared with its travel (`kinematics.travel.Gauge`)."""
+        return None
+
+    @property
     def axis_of_body(self) -> Direction | None:
         """Direction, in the frame at this element, along which its body extends; None when it has no length."""
         return None
@@ -282,7 +287,6 @@ class Drivable(Joint):
 
     @property
     def limits(self) -> tuple[Scalar, Scalar] | None:
-        """Lower and upper limit on the scale on which the joint is compared with its travel."""
         return self.travel
 
     @property

@@ -6,8 +6,9 @@ from typing import Literal
 
 import equinox as eqx
 
-from trivet.model.elements.base import Flexibility, Joint, Stock
-from trivet.model.quantity import AngleValue, RotationalDamping, RotationalFriction, RotationalStiffness
+from trivet.model.elements.base import Flexibility, Stock
+from trivet.model.elements.socket import Socket
+from trivet.model.quantity import RotationalDamping, RotationalFriction, RotationalStiffness
 from trivet.space.frame import Angle, Frame, Turn
 from trivet.space.screw import Twist, rotation
 from trivet.space.vector import Vec
@@ -15,7 +16,7 @@ from trivet.space.vector import Vec
 _AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-class Spherical(Joint):
+class Spherical(Socket):
     """A ball joint; its coordinates are three successive turns about x, y and z of the frame, or one rotation."""
 
     COORDINATES = ("angle", "angle", "angle")
@@ -25,8 +26,6 @@ class Spherical(Joint):
     """In statics: free (transmits three forces), clamped (transmits moments too, as in the paper's tables), or elastic."""
     stiffness: RotationalStiffness | None = None
     """Rotational stiffness about every axis, of an elastic joint."""
-    cone: AngleValue | None = None
-    """Greatest deviation from the neutral axis; recorded, not checked until a neutral axis can be stated."""
     damping: RotationalDamping | None = eqx.field(default=None, kw_only=True)
     """Viscous damping about every axis; none when not given."""
     friction: RotationalFriction | None = eqx.field(default=None, kw_only=True)

@@ -6,14 +6,15 @@ from typing import Literal
 
 import equinox as eqx
 
-from trivet.model.elements.base import Axis, Flexibility, Joint, Stock
+from trivet.model.elements.base import Axis, Flexibility, Stock
+from trivet.model.elements.socket import Socket
 from trivet.model.quantity import RotationalDamping, RotationalFriction
 from trivet.space.frame import Angle, Frame
 from trivet.space.screw import Twist, rotation
 from trivet.space.vector import Vec
 
 
-class Universal(Joint):
+class Universal(Socket):
     """A cross joint: two hinges in succession, at right angles; its coordinates are the two angles."""
 
     COORDINATES = ("angle", "angle")
