@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from trivet.study.singularity import SingularityReport, singularity_report
     from trivet.study.singularity_map import SingularityMap, singularity_map
     from trivet.study.stiffness_map import StiffnessMap, stiffness_map
+    from trivet.study.tilt import TiltReport, TiltStudy, tilt, tilts
 
 _HOMES = {
     "trivet.errors": ("InputError", "NoResultError", "TrivetError"),
@@ -65,16 +66,19 @@ _HOMES = {
     "trivet.study.singularity": ("SingularityReport", "singularity_report"),
     "trivet.study.singularity_map": ("SingularityMap", "singularity_map"),
     "trivet.study.stiffness_map": ("StiffnessMap", "stiffness_map"),
+    "trivet.study.tilt": ("TiltReport", "TiltStudy", "tilt", "tilts"),
 }
 
 __all__ = [
     "Comparison", "DynamicComparison", "DynamicsReport", "Forward", "FrequencyResponse", "InputError", "Limits", "Loading",
     "Machine", "Minimum", "ModesReport", "MotionReport", "NoResultError", "PoseReport", "Simulation", "SingularityMap",
-    "SingularityReport", "StiffnessMap", "Surface", "Trajectory", "TrivetError", "catalogue", "circle", "compare",
+    "SingularityReport", "StiffnessMap", "Surface", "TiltReport",
+    "TiltStudy", "Trajectory", "TrivetError", "catalogue", "circle", "compare",
     "compare_dynamics", "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere", "load",
     "minimum_dynamic_stiffness", "modes", "motion", "parse", "pose", "read_path", "save", "schema", "simulate",
     "singularity_map",
-    "singularity_report", "stiffness_map", "straight", "switched", "through", "timed", "to_mjcf", "to_text", "to_urdf", "write",
+    "singularity_report", "stiffness_map", "straight", "switched", "through", "tilt", "tilts", "timed", "to_mjcf",
+    "to_text", "to_urdf", "write",
     "write_mjcf", "write_urdf", "zyz_frame",
 ]  # fmt: skip
 

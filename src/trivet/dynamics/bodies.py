@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
-
-import jax
-import jax.numpy as jnp
+from typing import NamedTuple
 
 from trivet.errors import InputError
-from trivet.kinematics.inverse import inverse
+from trivet.kinematics.alike import Alike, alike, stacked
 from trivet.kinematics.jacobian import is_driven
 from trivet.kinematics.walk import Posture
 from trivet.model import Leg, Machine
 from trivet.model.elements import Prismatic, Stock
 from trivet.model.machine import Platform
 from trivet.model.mass import RigidMass, platform_mass
-from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
 
 
@@ -57,33 +53,12 @@ class Bodies(NamedTuple):
         return sorted(places, key=lambda place: (place[1], place[0]))
 
     def alike(self) -> list[Alike]:
-        """The chains, those made alike as one: JAX then compiles one of them, over chains and poses."""
-        found: dict[Any, list[int]] = {}
-        for place, leg in enumerate(self.legs):
-            found.setdefault(jax.tree.structure(leg), []).append(place)
-        return [Alike(tuple(places), _stacked([self.legs[k] for k in places])) for places in found.values()]
+        """The chains, those made alike as one."""
+        return alike(self.legs)
 
     def grouped(self, stand: Sequence[Posture]) -> list[Posture]:
         """Postures of the chains one by one, at one pose, as those of chains that are made alike: components (chains, 1)."""
-        return [_stacked([stand[k] for k in group.places]) for group in self.alike()]
-
-
-class Alike(NamedTuple):
-    """Chains that are made alike."""
-
-    places: tuple[int, ...]
-    """Which of the machine's chains they are."""
-    leg: Leg
-    """All of them, numbers with shape (chains, 1): poses go along the last axis."""
-
-    def stand(self, pose: Frame, signs: Scalar) -> Posture:
-        """How they stand at poses (n,) in a working mode, (n_chains, 2): components (chains, n)."""
-        side, elbow = jnp.asarray(signs)[jnp.array(self.places)].T[..., None]
-        return inverse(self.leg, pose, (side, elbow))
-
-
-def _stacked(alike: Sequence[Any]) -> Any:
-    return jax.tree.map(lambda *values: jnp.stack([jnp.asarray(v, dtype=float) for v in values])[:, None], *alike)
+        return [stacked([stand[k] for k in group.places]) for group in self.alike()]
 
 
 def carried_mass(platform: Platform, legs: Sequence[Leg], stock: Stock) -> RigidMass:

@@ -24,6 +24,13 @@ class Gauge(NamedTuple):
     scale: Literal["plain", "sine", "cosine"] = "plain"
     """What the three are: the coordinate (m, rad), or the sine or the cosine of an angle."""
 
+    @property
+    def margin(self) -> Scalar:
+        """How far it is inside its travel, on the gauge's scale: 1 in the middle, 0 at an end, below zero outside."""
+        if self.scale == "cosine":
+            return (self.value - self.low) / (1 - self.low)
+        return jnp.minimum(self.value - self.low, self.high - self.value) * (2 / (self.high - self.low))
+
     def plain(self, value: Scalar) -> Scalar:
         """A value on this scale in m or rad."""
         if self.scale == "plain":
@@ -100,3 +107,11 @@ def within(leg: Leg, posture: Posture, pose: Frame) -> Scalar:
     for gauge in gauges(leg, posture, pose):
         inside = inside & (gauge.value >= gauge.low) & (gauge.value <= gauge.high)
     return inside
+
+
+def margin(leg: Leg, posture: Posture, pose: Frame) -> Scalar:
+    """The least `Gauge.margin` of a chain; minus infinity where it does not close, 1 where nothing is limited."""
+    least: Scalar = 1.0
+    for gauge in gauges(leg, posture, pose):
+        least = jnp.minimum(least, gauge.margin)
+    return jnp.where(posture.reach >= 0, least, -jnp.inf)

@@ -31,6 +31,7 @@ from trivet.model.quantity import (
     StiffnessVariance,
 )
 from trivet.model.section import STRICT, Material, Section
+from trivet.model.shape import Interference, Shapes
 from trivet.space.frame import IDENTITY, Angle, Frame
 from trivet.space.scalar import Scalar, cosine, sine
 
@@ -171,6 +172,8 @@ class Platform(eqx.Module):
     """In {E}; the platform centre when not given."""
     tool_tip: tuple[Length, Length, Length] | None = None
     """In {E}; the platform centre when not given."""
+    shapes: Shapes | None = None
+    """What of it, and of its tool, can touch other bodies, in {E}; the box around its disc when not given."""
 
 
 class Home(eqx.Module):
@@ -219,6 +222,10 @@ class Machine(eqx.Module):
     """Materials by name; those that trivet knows need not be given."""
     workpiece: Workpiece | None = None
     """The hemisphere over which the machine is compared with others."""
+    fixtures: dict[Name, Shapes] = eqx.field(default_factory=dict)
+    """What stands on the ground beside the machine, by name, in {O}: frame, table, vice."""
+    interference: Interference = Interference()
+    """Which bodies may touch, and how far the others must be apart."""
     theory: Literal["euler-bernoulli", "timoshenko"] = eqx.field(static=True, default="euler-bernoulli")
     """Beam theory: without or with shear deflection."""
     rotary_inertia: StrictBool = eqx.field(static=True, default=True)
@@ -248,6 +255,11 @@ class Machine(eqx.Module):
     def legs(self) -> tuple[Leg, ...]:
         """The chains one by one: "leg-1", "leg-2", … for the copies of the chain "leg"."""
         return tuple(self._legs())
+
+    @property
+    def legs_unnamed(self) -> tuple[Leg, ...]:
+        """The chains as kernels take them."""
+        return tuple(leg.unnamed for leg in self._legs())
 
     def _legs(self) -> Iterator[Leg]:
         for name, chain in sorted(self.chains.items()):  # the order in which JAX rebuilds a dict

@@ -17,6 +17,7 @@ from trivet.show.maps import draw_map
 from trivet.show.mode_shapes import draw_modes
 from trivet.show.response import draw_response
 from trivet.show.singularity import draw_singularities
+from trivet.show.tilt import draw_tilts
 from trivet.study.comparison import Comparison
 from trivet.study.dynamic_comparison import DynamicComparison
 from trivet.study.frf import FrequencyResponse
@@ -28,6 +29,7 @@ from trivet.study.simulation import Simulation
 from trivet.study.singularity import SingularityReport
 from trivet.study.singularity_map import SingularityMap
 from trivet.study.stiffness_map import StiffnessMap
+from trivet.study.tilt import TiltStudy
 from trivet.study.whole_comparison import WholeComparison
 
 
@@ -112,6 +114,11 @@ def _(result: ShownResponse, path: str | os.PathLike[str], *, overwrite: bool = 
 @figure.register
 def _(result: ModesReport, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     draw_modes(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: TiltStudy, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_tilts(result, path, overwrite=overwrite)
 
 
 @figure.register

@@ -16,10 +16,12 @@ from trivet.study.dynamics_datasets import motion_dataset, simulation_dataset
 from trivet.study.frf import FrequencyResponse
 from trivet.study.modes import ModesReport
 from trivet.study.motion import MotionReport
+from trivet.study.reach_datasets import tilt_datasets
 from trivet.study.response_summary import ShownResponse
 from trivet.study.simulation import Simulation
 from trivet.study.singularity_map import SingularityMap
 from trivet.study.stiffness_map import StiffnessMap
+from trivet.study.tilt import TiltStudy
 from trivet.study.vibration_datasets import dynamic_comparison_datasets, modes_dataset, response_dataset
 from trivet.study.whole_comparison import WholeComparison
 
@@ -163,3 +165,8 @@ def _(result: WholeComparison, path: str | os.PathLike[str], *, overwrite: bool 
     for name, dynamic in (dynamic_comparison_datasets(result.dynamic) if result.dynamic is not None else {}).items():
         groups[name] = groups[name].merge(dynamic, combine_attrs="no_conflicts")
     write_groups(groups, path, overwrite=overwrite)
+
+
+@save.register
+def _(result: TiltStudy, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_groups(tilt_datasets(result), path, overwrite=overwrite)

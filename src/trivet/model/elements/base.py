@@ -15,6 +15,7 @@ from pydantic_core import PydanticCustomError
 from trivet.model.mass import RigidMass, Rod
 from trivet.model.quantity import Inertia, Length, Mass, Ratio, RotationalStiffness, Stiffness
 from trivet.model.section import STRICT, Material, Section
+from trivet.model.shape import Shapes
 from trivet.space.frame import Angle, Frame
 from trivet.space.scalar import Scalar, cosine, sine
 from trivet.space.screw import Twist, rotation, translation
@@ -114,6 +115,14 @@ class Element(eqx.Module):
     name: Annotated[Name, Field(description="Name of this joint or body; key paths and messages use it.")] = eqx.field(
         static=True
     )
+
+    shapes: Annotated[
+        Shapes | None,
+        Field(
+            description="What of it can touch other bodies, in the frame beyond it; when not given its beam, or the part of a "
+            "slide's beam that is out."
+        ),
+    ] = eqx.field(default=None, kw_only=True)
 
     @property
     def unknowns(self) -> tuple[Literal["length", "angle"], ...]:

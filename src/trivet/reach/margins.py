@@ -1,0 +1,129 @@
+"""How far a machine is from what stops it, over many poses: ends of travel, collisions, and the sides of singularities."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+from trivet.kinematics.alike import alike
+from trivet.kinematics.jacobian import square_rows
+from trivet.kinematics.travel import margin
+from trivet.model import Machine
+from trivet.reach.scene import FAR, Ball, Scene, distances, placed
+from trivet.space.batches import in_batches, in_threads
+from trivet.space.elimination import determinant
+from trivet.space.frame import Angle, Frame
+from trivet.space.pose import rolled
+from trivet.space.scalar import Scalar
+
+Array = NDArray[Any]
+
+ROWS = 32
+"""Frames per call of a grid."""
+
+
+def travel_margin(machine: Machine, poses: Frame, signs: Any) -> Array:
+    """The least margin of all joints (n,), as a part of half their travel: `kinematics.travel.Gauge.margin`.
+
+    Args:
+        machine: the machine.
+        poses: platform frames, components (n,).
+        signs: (n_chains, 2) working mode.
+
+    Returns:
+        1 in the middle of every travel, 0 at an end, below zero outside, minus infinity where a chain does not close.
+    """
+    return _over(partial(_margins, machine.legs_unnamed), poses, signs)
+
+
+def travel_margin_on_grid(machine: Machine, frames: Frame, rolls: Array, signs: Any) -> Array:
+    """`travel_margin` (n, m) of frames (n,) turned about their own normals by rolls (m,), rad."""
+    count, turns = len(frames.origin.x), Angle(np.cos(rolls), np.sin(rolls))
+    legs, signs = machine.legs_unnamed, np.asarray(signs)
+
+    def parts() -> Iterator[Frame]:
+        for start in range(0, count, ROWS):
+            index = np.minimum(np.arange(start, start + ROWS), count - 1)
+            yield jax.tree.map(lambda c, index=index: np.asarray(c)[index], frames)
+
+    found = list(in_threads(lambda part: np.asarray(_margins_on_grid(legs, part, turns, signs)), parts()))
+    return np.concatenate(found)[:count]
+
+
+def clearance(machine: Machine, scene: Scene, poses: Frame, signs: Any, workpiece: Ball | None = None) -> Array:
+    """Signed distance (n,) of the nearest pair of bodies that must not touch, m; infinite where there is none."""
+    if not scene.pairs:
+        return np.full(len(poses.origin.x), FAR)
+    return _over(partial(_clearances, scene, machine, workpiece), poses, signs)
+
+
+def nearest_bodies(
+    machine: Machine, scene: Scene, poses: Frame, signs: Any, workpiece: Ball | None = None
+) -> tuple[list[tuple[str, str]], Array]:
+    """The pair of bodies that are nearest at every pose, and their distance (n,), m; ("", "") and infinite for none."""
+    if not scene.pairs:
+        count = len(poses.origin.x)
+        return [("", "")] * count, np.full(count, FAR)
+    found = _over(partial(_all_distances, scene, machine, workpiece), poses, signs)
+    least = found.argmin(axis=1)
+    names = scene.names()
+    return [names[k] for k in least], found[np.arange(len(found)), least]
+
+
+def side(machine: Machine, poses: Frame, signs: Any) -> Array:
+    """The sign of det J_x (n,): poses on either side of a Type 2 singularity differ in it; NaN where a chain does not close."""
+    return np.sign(_over(partial(_determinants, machine), poses, signs))
+
+
+def _over(kernel: Callable[[Frame, Any], Any], poses: Frame, signs: Any) -> Array:
+    found: Array = in_batches(lambda part: kernel(part, np.asarray(signs)), poses)
+    return found
+
+
+@jax.jit
+def _margins(legs: Any, poses: Frame, signs: Scalar) -> Scalar:
+    found = [jnp.min(margin(group.leg, group.stand(poses, signs), poses), axis=0) for group in alike(legs)]
+    return jnp.nan_to_num(jnp.min(jnp.stack(found), axis=0), nan=-jnp.inf)
+
+
+@jax.jit
+def _margins_on_grid(legs: Any, frames: Frame, rolls: Angle, signs: Scalar) -> Scalar:
+    count, turns = len(frames.origin.x), len(rolls.cos)
+    tall = jax.tree.map(lambda c: jnp.broadcast_to(c[:, None], (count, turns)).ravel(), frames)
+    wide = jax.tree.map(lambda c: jnp.broadcast_to(c, (count, turns)).ravel(), rolls)
+    return _margins(legs, rolled(tall, wide), signs).reshape(count, turns)
+
+
+def _distances(
+    scene: Scene, machine: Machine, workpiece: Ball | None, poses: Frame, signs: Scalar
+) -> Iterator[tuple[list[int], Scalar]]:
+    groups = alike(machine.legs_unnamed)
+    shapes = placed(scene, machine, groups, [group.stand(poses, signs) for group in groups], poses, workpiece)
+    yield from distances(scene, shapes)
+
+
+@partial(jax.jit, static_argnums=0)
+def _clearances(scene: Scene, machine: Machine, workpiece: Ball | None, poses: Frame, signs: Scalar) -> Scalar:
+    parts = [jnp.min(found, axis=0) for _, found in _distances(scene, machine, workpiece, poses, signs)]
+    return jnp.min(jnp.stack(parts), axis=0)
+
+
+@partial(jax.jit, static_argnums=0)
+def _all_distances(scene: Scene, machine: Machine, workpiece: Ball | None, poses: Frame, signs: Scalar) -> Scalar:
+    """(n, pairs) in the order of the scene."""
+    order, parts = [], []
+    for pairs, found in _distances(scene, machine, workpiece, poses, signs):
+        order += pairs
+        parts.append(jnp.broadcast_to(found, (len(pairs), len(poses.origin.x))))
+    return jnp.concatenate(parts)[np.argsort(order)].T
+
+
+@jax.jit
+def _determinants(machine: Machine, poses: Frame, signs: Scalar) -> Scalar:
+    return jax.vmap(lambda pose: determinant(square_rows(machine, pose, signs).j_x))(poses)

@@ -1,0 +1,194 @@
+"""Tilt: how far a platform can lean while it touches a sphere, with the best roll (paper section 3.1).
+
+The poses are those of a grid of azimuth, tilt and roll.  Neighbours on the grid that are both reached and on the same side of
+every Type 2 singularity are connected; what lies between them is not looked at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trivet.model import Machine
+from trivet.reach.margins import clearance, side, travel_margin_on_grid
+from trivet.reach.scene import Ball, Scene
+from trivet.space.frame import Angle, Frame
+from trivet.space.pose import rolled, tangent_axes
+from trivet.space.vector import Vec
+
+Array = NDArray[Any]
+
+HALVINGS = 14
+"""Of the last step of tilt, where the edge is refined."""
+
+
+class Grid(NamedTuple):
+    """Poses on a sphere: the platform centre touches it, the platform normal is that of the sphere."""
+
+    centre: tuple[float, float, float]
+    """In {O}, m."""
+    radius: float
+    """m."""
+    azimuths: Array
+    """(a,) rad, evenly all round from zero."""
+    tilts: Array
+    """(b,) rad, from zero."""
+    rolls: Array
+    """(c,) rad, evenly all round from zero, c a multiple of a: at the pole all azimuths then meet in the same poses."""
+
+    @classmethod
+    def of(cls, centre: tuple[float, float, float], radius: float, azimuths: int, step: float, most: float, rolls: int) -> Grid:
+        """A grid.
+
+        Args:
+            centre, radius: of the sphere, m.
+            azimuths: how many.
+            step: of the tilt, rad.
+            most: greatest tilt, rad.
+            rolls: at least so many.
+        """
+        turns = azimuths * max(1, -(-rolls // azimuths))
+        return cls(
+            centre,
+            radius,
+            2 * np.pi / azimuths * np.arange(azimuths),
+            step * np.arange(int(most / step + 1e-9) + 1),
+            2 * np.pi / turns * np.arange(turns),
+        )
+
+    def frames(self, azimuth: Array, tilt: Array) -> Frame:
+        """Poses without roll at azimuths and tilts (n,)."""
+        normal, x, y = tangent_axes(azimuth, tilt)
+        return Frame(Vec(*(c + self.radius * v for c, v in zip(self.centre, normal, strict=True))), x, y, normal)
+
+
+class Reached(NamedTuple):
+    """What of a grid is reached."""
+
+    inside: Array
+    """(a, b, c) whether all joints are inside their travel and all bodies apart."""
+    roll: Array
+    """(a, b) index of the roll with the greatest margin of travel among those that are reached; -1 where there is none."""
+
+
+class Looked(NamedTuple):
+    """How a grid is looked at."""
+
+    machine: Machine
+    signs: Any
+    """(n_chains, 2) working mode."""
+    scene: Scene | None
+    """Bodies that must stay apart; None when they need not."""
+    workpiece: Ball | None
+
+
+def inside(looked: Looked, grid: Grid, progress: Callable[[int], None] = lambda azimuths: None) -> Reached:
+    """Which poses of a grid are reached."""
+    found, rolls = [], []
+    for azimuth in grid.azimuths:
+        frames = grid.frames(np.full(len(grid.tilts), azimuth), grid.tilts)
+        margin = travel_margin_on_grid(looked.machine, frames, grid.rolls, looked.signs)
+        good = margin >= 0
+        rows, columns = np.nonzero(good)
+        good[rows, columns] = is_clear(looked, _at(frames, rows, grid.rolls[columns]))
+        best = np.where(good, margin, -np.inf)
+        rolls.append(np.where(good.any(axis=1), best.argmax(axis=1), -1))
+        found.append(good)
+        progress(1)
+    return Reached(np.stack(found), np.stack(rolls))
+
+
+def is_clear(looked: Looked, poses: Frame) -> Array:
+    """Whether all bodies are far enough apart, at poses (n,)."""
+    count = len(poses.origin.x)
+    if looked.scene is None or not count:
+        return np.ones(count, dtype=bool)
+    least = float(looked.machine.interference.clearance)
+    clear: Array = clearance(looked.machine, looked.scene, poses, looked.signs, looked.workpiece) >= least
+    return clear
+
+
+def best_rolls(looked: Looked, frames: Frame, rolls: Array) -> tuple[Array, Array]:
+    """Per frame (n,) the reached roll with the greatest margin of travel, and that margin; -1 and minus infinity for none.
+
+    Bodies are looked at only for the best roll, and for the next best where they touch there: cones and strokes of joints end
+    most motions before a collision does.
+    """
+    margin = travel_margin_on_grid(looked.machine, frames, rolls, looked.signs)
+    margin[margin < 0] = -np.inf
+    rows = np.arange(len(margin))
+    best = margin.argmax(axis=1)
+    todo = rows[np.isfinite(margin[rows, best])]
+    while len(todo):
+        clear = is_clear(looked, _at(frames, todo, rolls[best[todo]]))
+        touching = todo[~clear]
+        margin[touching, best[touching]] = -np.inf
+        best[touching] = margin[touching].argmax(axis=1)
+        todo = touching[np.isfinite(margin[touching, best[touching]])]
+    value = margin[rows, best]
+    return np.where(np.isfinite(value), best, -1), value
+
+
+def _at(frames: Frame, rows: Array, rolls: Array) -> Frame:
+    chosen = Frame(*(Vec(*(np.broadcast_to(c, len(frames.origin.x))[rows] for c in v)) for v in frames))
+    return rolled(chosen, Angle(np.cos(rolls), np.sin(rolls)))
+
+
+def unbroken(reached: Array) -> Array:
+    """(a,) the last of the tilts up to which all are reached, as an index; -1 where the pole itself is not.  Takes (a, b)."""
+    return np.where(reached.all(axis=1), reached.shape[1], (~reached).argmax(axis=1)) - 1
+
+
+def refined(looked: Looked, grid: Grid, last: Array) -> Array:
+    """(a,) tilt (rad) up to which all is reached, between the last grid tilt that is and the next, by halving."""
+    low = np.where(last >= 0, grid.tilts[last], np.nan)
+    open_ended = last == len(grid.tilts) - 1
+    high = np.where(open_ended | (last < 0), low, grid.tilts[np.minimum(last + 1, len(grid.tilts) - 1)])
+    for _ in range(HALVINGS):
+        middle = np.where(np.isfinite(low), (low + high) / 2, 0.0)
+        roll, _ = best_rolls(looked, grid.frames(grid.azimuths, middle), grid.rolls)
+        low, high = np.where(roll >= 0, np.where(np.isfinite(low), middle, low), low), np.where(roll >= 0, high, middle)
+    return low
+
+
+def connected(looked: Looked, grid: Grid, reached: Reached, start: int) -> Array:
+    """(a, b, c) which poses of a grid hang together with the pose at the pole with azimuth 0 and a given roll (an index)."""
+    from scipy.ndimage import label
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    sides = _sides(looked, grid, reached.inside)
+    labels, count = np.zeros(sides.shape, dtype=np.int64), 0
+    for sign in (-1, 1):
+        own, many = label(sides == sign)
+        labels[own > 0] = own[own > 0] + count
+        count += many
+    if not labels[0, 0, start]:
+        return np.zeros(sides.shape, dtype=bool)
+    seams = [(labels[-1], labels[0], sides[-1] == sides[0]), (labels[..., -1], labels[..., 0], sides[..., -1] == sides[..., 0])]
+    # At the pole a pose depends on azimuth and roll together.
+    shift = len(grid.rolls) // len(grid.azimuths)
+    pole, own_sides = labels[:, 0], sides[:, 0]
+    turned = np.stack([np.roll(pole[i], i * shift) for i in range(len(pole))])
+    turned_sides = np.stack([np.roll(own_sides[i], i * shift) for i in range(len(pole))])
+    seams.append((turned[1:], np.broadcast_to(turned[0], turned[1:].shape), turned_sides[1:] == turned_sides[0]))
+    first = np.concatenate([a[(a > 0) & (b > 0) & same] for a, b, same in seams])
+    second = np.concatenate([b[(a > 0) & (b > 0) & same] for a, b, same in seams])
+    graph = coo_matrix((np.ones(len(first)), (first, second)), shape=(count + 1, count + 1))
+    _, component = connected_components(graph, directed=False)
+    found: Array = (component[labels] == component[labels[0, 0, start]]) & (labels > 0)
+    return found
+
+
+def _sides(looked: Looked, grid: Grid, inside: Array) -> Array:
+    """(a, b, c) sign of det J_x where a pose is reached, zero where not."""
+    found = np.zeros(inside.shape)
+    for i, azimuth in enumerate(grid.azimuths):
+        rows, columns = np.nonzero(inside[i])
+        if len(rows):
+            frames = grid.frames(np.full(len(grid.tilts), azimuth), grid.tilts)
+            found[i, rows, columns] = side(looked.machine, _at(frames, rows, grid.rolls[columns]), looked.signs)
+    return found

@@ -1,0 +1,192 @@
+"""Workspace: where the platform centre can go, with one orientation, with some of a set, or with all of them.
+
+Space is cut into columns along z. In each the places where it begins and ends are sampled and then found by halving, so that a
+volume is a sum of lengths, not of cells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trivet.reach.margins import travel_margin, travel_margin_on_grid
+from trivet.reach.tilt import Looked, is_clear
+from trivet.space.frame import Angle, Frame
+from trivet.space.pose import rolled, tangent_axes
+from trivet.space.vector import Vec
+
+Array = NDArray[Any]
+
+Kind = Literal["constant", "reachable", "total"]
+
+HALVINGS = 40
+"""Of a sample's height, to find where a column enters or leaves."""
+POINTS = 16_384
+"""Places looked at per call."""
+COARSE = 24
+"""Cells per axis of the lattice with which it is found where the workspace lies."""
+
+
+class Orientations(NamedTuple):
+    """A set of orientations: directions of the platform normal, each with rolls of which any will do."""
+
+    azimuth: Array
+    """(d,) rad."""
+    tilt: Array
+    """(d,) rad."""
+    rolls: Array
+    """(m,) rad."""
+
+    @classmethod
+    def one(cls, azimuth: float, tilt: float, roll: float) -> Orientations:
+        """A single one."""
+        return cls(np.array([azimuth]), np.array([tilt]), np.array([roll]))
+
+    @classmethod
+    def cone(cls, most: float, step: float, rolls: Array) -> Orientations:
+        """All directions within an angle (rad) of z, about evenly spaced by a step; each with the rolls."""
+        tilts = np.linspace(0.0, most, max(2, int(np.ceil(most / step)) + 1))
+        azimuth, tilt = [], []
+        for own in tilts:
+            count = max(1, int(np.ceil(2 * np.pi * np.sin(own) / step - 1e-9)))
+            azimuth.append(2 * np.pi / count * np.arange(count))
+            tilt.append(np.full(count, own))
+        return cls(np.concatenate(azimuth), np.concatenate(tilt), rolls)
+
+
+class Region(NamedTuple):
+    """A box in {O}, m."""
+
+    low: Array
+    """(3,)."""
+    high: Array
+    """(3,)."""
+
+
+class Columns(NamedTuple):
+    """A workspace in columns."""
+
+    x: Array
+    """(a,) middles of the columns, m."""
+    y: Array
+    """(b,)."""
+    spans: tuple[tuple[Array, Array], ...]
+    """Per column, x by x, the heights at which the workspace begins and ends, m."""
+
+    @property
+    def lengths(self) -> Array:
+        """(a, b) how much of each column belongs to the workspace, m."""
+        own = [float(np.sum(high - low)) for low, high in self.spans]
+        return np.array(own).reshape(len(self.x), len(self.y))
+
+    @property
+    def cell(self) -> float:
+        """Cross-section of a column, m^2."""
+        return float((self.x[1] - self.x[0]) * (self.y[1] - self.y[0]))
+
+    @property
+    def volume(self) -> float:
+        """m^3."""
+        return float(self.lengths.sum() * self.cell)
+
+    @property
+    def error(self) -> float:
+        """Estimate of the volume's error, m^3.
+
+        Half the greatest difference from what one column in four tells, of four ways to take them: the error of a lattice
+        falls faster than its spacing.
+        """
+        parts = [self.lengths[i::2, j::2].sum() * 4 * self.cell for i in (0, 1) for j in (0, 1)]
+        return float(max(abs(part - self.volume) for part in parts) / 2)
+
+
+def reached(looked: Looked, points: Array, kind: Kind, orientations: Orientations) -> Array:
+    """Whether places (n, 3) of the platform centre (m) belong to a workspace."""
+    found = []
+    for start in range(0, len(points), POINTS):
+        found.append(_reached(looked, points[start : start + POINTS], kind, orientations))
+    return np.concatenate(found) if found else np.zeros(0, dtype=bool)
+
+
+def _reached(looked: Looked, points: Array, kind: Kind, orientations: Orientations) -> Array:
+    """Direction by direction, only where it is still open."""
+    wanted = kind == "reachable"
+    found = np.full(len(points), not wanted)
+    for azimuth, tilt in zip(orientations.azimuth, orientations.tilt, strict=True):
+        todo = np.flatnonzero(found != wanted) if wanted else np.flatnonzero(found)
+        if not len(todo):
+            break
+        found[todo] = _with_some_roll(looked, points[todo], azimuth, tilt, orientations.rolls)
+    return found
+
+
+def _with_some_roll(looked: Looked, points: Array, azimuth: float, tilt: float, rolls: Array) -> Array:
+    normal, x, y = tangent_axes(np.full(len(points), azimuth), np.full(len(points), tilt))
+    frames = Frame(Vec(*points.T), x, y, normal)
+    if len(rolls) == 1:
+        poses = rolled(frames, Angle(np.cos(rolls[0]), np.sin(rolls[0])))
+        good = travel_margin(looked.machine, poses, looked.signs) >= 0
+        inside = np.flatnonzero(good)
+        good[inside] = is_clear(looked, _some(poses, inside))
+        return good
+    margin = travel_margin_on_grid(looked.machine, frames, rolls, looked.signs)
+    good = np.zeros(len(points), dtype=bool)
+    for column in np.argsort(-margin, axis=1).T:
+        todo = np.flatnonzero(~good & (margin[np.arange(len(points)), column] >= 0))
+        if not len(todo):
+            break
+        own = rolls[column[todo]]
+        good[todo] = is_clear(looked, rolled(_some(frames, todo), Angle(np.cos(own), np.sin(own))))
+    return good
+
+
+def _some(frames: Frame, rows: Array) -> Frame:
+    return Frame(*(Vec(*(np.broadcast_to(c, len(frames.origin.x))[rows] for c in v)) for v in frames))
+
+
+def found_region(within: Callable[[Array], Array], around: Region) -> Region | None:
+    """The part of a region in which a workspace lies, as a coarse lattice sees it, with a cell to spare; None for nothing."""
+    axes = [np.linspace(low, high, COARSE + 1)[:-1] + (high - low) / COARSE / 2 for low, high in zip(*around, strict=True)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    good = points[within(points)]
+    if not len(good):
+        return None
+    cell = (around.high - around.low) / COARSE
+    # Not evenly: four quarters of a symmetric lattice would agree, and tell nothing of the error.
+    return Region(good.min(axis=0) - 1.37 * cell, good.max(axis=0) + 1.81 * cell)
+
+
+def columns(
+    within: Callable[[Array], Array],
+    region: Region,
+    count: int,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Columns:
+    """A workspace in a region, in count x count columns of count samples each."""
+    size = (region.high - region.low) / count
+    x, y, z = (region.low[k] + size[k] * (np.arange(count) + 0.5) for k in range(3))
+    heights = np.concatenate([[z[0] - size[2]], z, [z[-1] + size[2]]])
+    parts = []
+    for i, own_x in enumerate(x):
+        points = np.stack(np.meshgrid([own_x], y, z, indexing="ij"), axis=-1).reshape(-1, 3)
+        padded = np.pad(within(points).reshape(count, count), ((0, 0), (1, 1)))
+        row, edge = np.nonzero(padded[:, 1:] != padded[:, :-1])
+        parts.append((np.full(len(row), i), row, edge, padded[row, edge]))
+        progress(i + 1, count)
+    column, row, edge, starts_inside = (np.concatenate(part) for part in zip(*parts, strict=True))
+    at = _edges(within, x[column], y[row], heights[edge], heights[edge + 1], starts_inside)
+    bounds = np.searchsorted(column * count + row, np.arange(count * count + 1))
+    spans = tuple((at[low:high:2], at[low + 1 : high : 2]) for low, high in pairwise(bounds))
+    return Columns(x, y, spans)
+
+
+def _edges(within: Callable[[Array], Array], x: Array, y: Array, low: Array, high: Array, starts_inside: Array) -> Array:
+    for _ in range(HALVINGS if len(y) else 0):
+        middle = (low + high) / 2
+        same = within(np.stack([x, y, middle], axis=1)) == starts_inside
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return (low + high) / 2
