@@ -40,6 +40,14 @@ if TYPE_CHECKING:
     from trivet.study.singularity_map import SingularityMap, singularity_map
     from trivet.study.stiffness_map import StiffnessMap, stiffness_map
     from trivet.study.tilt import TiltReport, TiltStudy, tilt, tilts
+    from trivet.study.workspace import (
+        OrientationReport,
+        WorkspaceReport,
+        WorkspaceStudy,
+        orientation_workspace,
+        workspace,
+        workspaces,
+    )
 
 _HOMES = {
     "trivet.errors": ("InputError", "NoResultError", "TrivetError"),
@@ -67,19 +75,26 @@ _HOMES = {
     "trivet.study.singularity_map": ("SingularityMap", "singularity_map"),
     "trivet.study.stiffness_map": ("StiffnessMap", "stiffness_map"),
     "trivet.study.tilt": ("TiltReport", "TiltStudy", "tilt", "tilts"),
+    "trivet.study.workspace": (
+        "OrientationReport",
+        "WorkspaceReport",
+        "WorkspaceStudy",
+        "orientation_workspace",
+        "workspace",
+        "workspaces",
+    ),
 }
 
 __all__ = [
-    "Comparison", "DynamicComparison", "DynamicsReport", "Forward", "FrequencyResponse", "InputError", "Limits", "Loading",
-    "Machine", "Minimum", "ModesReport", "MotionReport", "NoResultError", "PoseReport", "Simulation", "SingularityMap",
-    "SingularityReport", "StiffnessMap", "Surface", "TiltReport",
-    "TiltStudy", "Trajectory", "TrivetError", "catalogue", "circle", "compare",
+    "Comparison", "DynamicComparison", "DynamicsReport", "Forward", "FrequencyResponse", "InputError", "Limits",
+    "Loading", "Machine", "Minimum", "ModesReport", "MotionReport", "NoResultError", "OrientationReport", "PoseReport",
+    "Simulation", "SingularityMap", "SingularityReport", "StiffnessMap", "Surface", "TiltReport", "TiltStudy",
+    "Trajectory", "TrivetError", "WorkspaceReport", "WorkspaceStudy", "catalogue", "circle", "compare",
     "compare_dynamics", "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere", "load",
-    "minimum_dynamic_stiffness", "modes", "motion", "parse", "pose", "read_path", "save", "schema", "simulate",
-    "singularity_map",
-    "singularity_report", "stiffness_map", "straight", "switched", "through", "tilt", "tilts", "timed", "to_mjcf",
-    "to_text", "to_urdf", "write",
-    "write_mjcf", "write_urdf", "zyz_frame",
+    "minimum_dynamic_stiffness", "modes", "motion", "orientation_workspace", "parse", "pose", "read_path", "save",
+    "schema", "simulate", "singularity_map", "singularity_report", "stiffness_map", "straight", "switched", "through",
+    "tilt", "tilts", "timed", "to_mjcf", "to_text", "to_urdf", "workspace", "workspaces", "write", "write_mjcf",
+    "write_urdf", "zyz_frame",
 ]  # fmt: skip
 
 

@@ -1,5 +1,5 @@
 """`python -m trivet`."""
 
-from trivet.cli import main
+from trivet.cli import program
 
-main()
+program()

@@ -11,6 +11,23 @@ import sys
 INTERRUPTED = 130
 
 
+def program() -> None:
+    """`main` as a process of its own.
+
+    Whoever interrupts it may do so while a kernel is at work in a thread: it leaves without clearing anything away under that.
+    """
+    try:
+        main()
+    except SystemExit as leaving:
+        code = int(leaving.code or 0)
+        if code > 128:
+            for stream in (sys.stdout, sys.stderr):
+                with contextlib.suppress(AttributeError, OSError, ValueError):
+                    stream.flush()
+            os._exit(code)
+        raise
+
+
 def main() -> None:
     """Run a command; errors become one line and an exit code (2 wrong input, 1 no result, 130 interrupted)."""
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):  # end as by an exception, so that half-written files are cleared away
@@ -40,11 +57,6 @@ def main() -> None:
             signal.setitimer(signal.ITIMER_REAL, 0)  # whoever is leaving has got here
     # All is written; what the interpreter still clears away is not to be interrupted.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if code >= INTERRUPTED - 2:  # 128 and a signal: a kernel may be at work yet, under which it must not clear anything away
-        for stream in (sys.stdout, sys.stderr):
-            with contextlib.suppress(OSError, ValueError):
-                stream.flush()
-        os._exit(code)
     sys.exit(code)
 
 

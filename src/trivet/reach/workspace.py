@@ -23,7 +23,7 @@ Array = NDArray[Any]
 
 Kind = Literal["constant", "reachable", "total"]
 
-HALVINGS = 40
+HALVINGS = 14
 """Of a sample's height, to find where a column enters or leaves."""
 POINTS = 16_384
 """Places looked at per call."""
@@ -39,23 +39,29 @@ class Orientations(NamedTuple):
     tilt: Array
     """(d,) rad."""
     rolls: Array
-    """(m,) rad."""
+    """(d, m) rad."""
 
     @classmethod
     def one(cls, azimuth: float, tilt: float, roll: float) -> Orientations:
         """A single one."""
-        return cls(np.array([azimuth]), np.array([tilt]), np.array([roll]))
+        return cls(np.array([azimuth]), np.array([tilt]), np.array([[roll]]))
 
     @classmethod
     def cone(cls, most: float, step: float, rolls: Array) -> Orientations:
-        """All directions within an angle (rad) of z, about evenly spaced by a step; each with the rolls."""
+        """All directions within an angle (rad) of z, about evenly spaced by a step; each with any of the rolls (m,)."""
         tilts = np.linspace(0.0, most, max(2, int(np.ceil(most / step)) + 1))
         azimuth, tilt = [], []
         for own in tilts:
             count = max(1, int(np.ceil(2 * np.pi * np.sin(own) / step - 1e-9)))
             azimuth.append(2 * np.pi / count * np.arange(count))
             tilt.append(np.full(count, own))
-        return cls(np.concatenate(azimuth), np.concatenate(tilt), rolls)
+        directions = np.concatenate(azimuth), np.concatenate(tilt)
+        return cls(*directions, np.broadcast_to(rolls, (len(directions[0]), len(rolls))))
+
+    def one_by_one(self) -> Orientations:
+        """Every roll of every direction as a direction of its own, so that none will do for another."""
+        many = self.rolls.shape[1]
+        return Orientations(np.repeat(self.azimuth, many), np.repeat(self.tilt, many), self.rolls.reshape(-1, 1))
 
 
 class Region(NamedTuple):
@@ -116,11 +122,11 @@ def _reached(looked: Looked, points: Array, kind: Kind, orientations: Orientatio
     """Direction by direction, only where it is still open."""
     wanted = kind == "reachable"
     found = np.full(len(points), not wanted)
-    for azimuth, tilt in zip(orientations.azimuth, orientations.tilt, strict=True):
+    for azimuth, tilt, rolls in zip(*orientations, strict=True):
         todo = np.flatnonzero(found != wanted) if wanted else np.flatnonzero(found)
         if not len(todo):
             break
-        found[todo] = _with_some_roll(looked, points[todo], azimuth, tilt, orientations.rolls)
+        found[todo] = _with_some_roll(looked, points[todo], azimuth, tilt, rolls)
     return found
 
 

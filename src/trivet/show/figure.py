@@ -18,6 +18,7 @@ from trivet.show.mode_shapes import draw_modes
 from trivet.show.response import draw_response
 from trivet.show.singularity import draw_singularities
 from trivet.show.tilt import draw_tilts
+from trivet.show.workspace import draw_orientations, draw_workspaces
 from trivet.study.comparison import Comparison
 from trivet.study.dynamic_comparison import DynamicComparison
 from trivet.study.frf import FrequencyResponse
@@ -31,6 +32,7 @@ from trivet.study.singularity_map import SingularityMap
 from trivet.study.stiffness_map import StiffnessMap
 from trivet.study.tilt import TiltStudy
 from trivet.study.whole_comparison import WholeComparison
+from trivet.study.workspace import OrientationReport, WorkspaceStudy
 
 
 @singledispatch
@@ -119,6 +121,16 @@ def _(result: ModesReport, path: str | os.PathLike[str], *, overwrite: bool = Fa
 @figure.register
 def _(result: TiltStudy, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     draw_tilts(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: WorkspaceStudy, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_workspaces(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: OrientationReport, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_orientations(result, path, overwrite=overwrite)
 
 
 @figure.register

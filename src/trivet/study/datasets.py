@@ -16,7 +16,7 @@ from trivet.study.dynamics_datasets import motion_dataset, simulation_dataset
 from trivet.study.frf import FrequencyResponse
 from trivet.study.modes import ModesReport
 from trivet.study.motion import MotionReport
-from trivet.study.reach_datasets import tilt_datasets
+from trivet.study.reach_datasets import orientation_dataset, tilt_datasets, workspace_datasets
 from trivet.study.response_summary import ShownResponse
 from trivet.study.simulation import Simulation
 from trivet.study.singularity_map import SingularityMap
@@ -24,6 +24,7 @@ from trivet.study.stiffness_map import StiffnessMap
 from trivet.study.tilt import TiltStudy
 from trivet.study.vibration_datasets import dynamic_comparison_datasets, modes_dataset, response_dataset
 from trivet.study.whole_comparison import WholeComparison
+from trivet.study.workspace import OrientationReport, WorkspaceStudy
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -170,3 +171,13 @@ def _(result: WholeComparison, path: str | os.PathLike[str], *, overwrite: bool 
 @save.register
 def _(result: TiltStudy, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     write_groups(tilt_datasets(result), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: WorkspaceStudy, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_groups(workspace_datasets(result), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: OrientationReport, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_netcdf(orientation_dataset(result), path, overwrite=overwrite)
