@@ -104,7 +104,7 @@ def test_netcdf_holds_labels_units_and_the_machine(comparison: Comparison, tmp_p
         assert data.stiffness.shape == (317, 6, 6)
         assert data.tilt.attrs["units"] == "rad"
         assert float(data.stiffness.sel(row="x", column="x").mean()) == pytest.approx(4.45e6, rel=0.02)
-        assert data.attrs["mode"] == "++ ++ ++"
+        assert data.attrs["working_mode"] == "++ ++ ++"
         again = trivet.parse(__import__("tomllib").loads(data.attrs["machine_file"]))
         assert again.workpiece.height == 0.213
         assert list(data.joint.values)[:2] == ["leg-1.guide", "leg-1.column"]

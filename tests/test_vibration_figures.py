@@ -17,7 +17,7 @@ from browser import opened
 
 import trivet
 from trivet.errors import InputError
-from trivet.show import dynamics
+from trivet.show import dynamic_comparison
 from trivet.show.mode_picture import MOST, PANEL
 from trivet.show.mode_shapes import LARGEST, Moving, MovingScene, _bent, captions, moving_scene
 from trivet.show.response import marks, panels, title
@@ -316,7 +316,7 @@ def test_picture_of_a_dynamic_comparison(tmp_path: Path) -> None:
     from matplotlib.figure import Figure
 
     found: Any = Figure()
-    dynamics.plot(found, compared())
+    dynamic_comparison.plot(found, compared())
     for axes, axis in zip(found.axes, "xyz", strict=True):
         assert axes.get_xscale() == "log"
         circles = [line for line in axes.lines if line.get_label() == "as described"]
@@ -352,7 +352,7 @@ def test_both_halves_in_one_picture(tmp_path: Path) -> None:
     trivet.figure(WholeComparison(static, compared()), tmp_path / "w.png")
     alone, both = imread(tmp_path / "s.png"), imread(tmp_path / "w.png")
     assert both.shape[1] == alone.shape[1]
-    assert both.shape[0] == alone.shape[0] + round(100 * dynamics.height(compared()))
+    assert both.shape[0] == alone.shape[0] + round(100 * dynamic_comparison.height(compared()))
 
 
 def test_what_cannot_be_written(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ _QUANTITY = re.compile(rf"\s*([+-]?{NUMBER}|[+-]?(?:nan|inf(?:inity)?)(?![a-z]))
 _POWER = r"(?:(?:\^|\*\*)-?[1-9]|[²³⁴])?"
 _UNIT = re.compile(rf"[^\W\d_]+{_POWER}(?:(?:\s*[*/]\s*|\s+)[^\W\d_]+{_POWER})*")
 _LONGEST = 80
-LARGEST, SMALLEST = 1e18, 1e-30
+LARGEST, SMALLEST = 1e24, 1e-30
 """In SI: what no machine has, and what would run out of double precision when it is squared and multiplied."""
 LARGEST_ANGLE = 1e3
 """rad: turns are lost in rounding beyond."""

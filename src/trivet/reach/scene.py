@@ -152,9 +152,10 @@ def _may_touch(a: Any, b: Any, filled: set[Any], legs: tuple[Leg, ...]) -> bool:
     if not isinstance(a, tuple):
         return False
     leg, own = a
+    if b == "ground":
+        return own == 1  # the carriage on its guide
     last = sum(isinstance(e, Joint) for e in legs[leg].chain.elements)
-    between = {PLATFORM: range(own + 1, last), "ground": range(1, own)}.get(b)
-    return between is not None and not any((leg, k) in filled for k in between)
+    return b == PLATFORM and not any((leg, k) in filled for k in range(own + 1, last))
 
 
 def placed(

@@ -6,6 +6,7 @@ volume is a sum of lengths, not of cells.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, Literal, NamedTuple
@@ -101,13 +102,17 @@ class Columns(NamedTuple):
 
     @property
     def error(self) -> float:
-        """Estimate of the volume's error, m^3.
+        """Estimate of the volume's error, m^3: the larger of two.
 
-        Half the greatest difference from what one column in four tells, of four ways to take them: the error of a lattice
-        falls faster than its spacing.
+        Half the greatest difference from what one column in four tells, of four ways to take them, for the error of a lattice
+        falls faster than its spacing; and what it makes if the step between any two neighbours lies anywhere between them, by
+        the same chance everywhere.
         """
-        parts = [self.lengths[i::2, j::2].sum() * 4 * self.cell for i in (0, 1) for j in (0, 1)]
-        return float(max(abs(part - self.volume) for part in parts) / 2)
+        lengths = self.lengths
+        parts = [lengths[i::2, j::2].sum() * 4 for i in (0, 1) for j in (0, 1)]
+        quarters = max(abs(part - lengths.sum()) for part in parts) / 2
+        steps = math.sqrt(sum(float(np.sum(np.diff(lengths, axis=axis) ** 2)) for axis in (0, 1)) / 12)
+        return float(max(quarters, steps) * self.cell)
 
 
 def reached(looked: Looked, points: Array, kind: Kind, orientations: Orientations) -> Array:
