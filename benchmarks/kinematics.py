@@ -35,7 +35,7 @@ def _poses(machine: Machine, count: int, seed: int = 0) -> Frame:
     return zyz_frame(place, *random.uniform(-0.6, 0.6, (3, count)))
 
 
-def _loop() -> Callable[..., Any]:
+def inverse_loop() -> Callable[..., Any]:
     """Inverse kinematics of the paper's machine in its own mode, as one would write it by hand."""
 
     @numba.njit(parallel=True, fastmath=True, error_model="numpy")
@@ -63,7 +63,7 @@ def inverse_kinematics() -> Iterator[Row]:
     columns = [np.asarray(c) for v in (poses.origin, poses.x, poses.y) for c in v]
     chain = machine.chains["leg"].elements
     its = (*columns, radius * np.cos(azimuths), radius * np.sin(azimuths), chain[0].radius, chain[3].length)
-    peer = _loop()
+    peer = inverse_loop()
     assert np.allclose(drives_at(model, poses, signs), peer(*its), atol=1e-12), "the same numbers"
     found = paired(lambda: drives_at(model, poses, signs).block_until_ready(), lambda: peer(*its))
     rate = count / np.median(found.ours) / 1e6

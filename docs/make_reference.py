@@ -38,6 +38,11 @@ PLACES = {
     "Beam": "[[chains.NAME.elements]]",
     "Offset": "[[chains.NAME.elements]]",
     "Bearing": "bearing = { … }",
+    "Neutral": "neutral = { … }",
+    "Sphere": "shapes = [{ … }]",
+    "Capsule": "shapes = [{ … }]",
+    "Box": "shapes = [{ … }]",
+    "Interference": "[interference]",
 }
 
 

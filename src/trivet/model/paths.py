@@ -16,6 +16,10 @@ from trivet.errors import InputError, nearest
 Key = str | int
 
 
+OPEN = ("fixtures", "interference", "workpiece")
+"""Tables of a machine that need not be there before something is put into them."""
+
+
 def join(document: Any, keys: Sequence[Key]) -> str:
     """The path of a place in a document, given its keys; keys which the document lacks are taken as they are."""
     parts: list[str] = []
@@ -92,9 +96,9 @@ def _parent(document: dict[str, Any], wanted: list[str]) -> tuple[Key, ...] | No
     keys: list[Key] = []
     here: Any = document
     for part in wanted[:-1]:
-        if isinstance(here, dict) and part in here:
+        if isinstance(here, dict) and (part in here or (not keys and part in OPEN)):
             keys.append(part)
-            here = here[part]
+            here = here.get(part, {})
         elif isinstance(here, list):
             index = next((i for i, v in enumerate(here) if isinstance(v, dict) and v.get("name") == part), None)
             if index is None:

@@ -18,7 +18,7 @@ from trivet.model.check import check
 from trivet.model.complaint import one_complaint
 from trivet.model.elements import AnyElement
 from trivet.model.machine import Machine, Status, adapter
-from trivet.model.paths import Key, find, join, put
+from trivet.model.paths import OPEN, Key, find, join, put
 from trivet.model.toml import check_depth, parse_toml, read_bytes
 
 _FILE = "a machine file"
@@ -94,6 +94,8 @@ def _apply(document: dict[str, Any], settings: Mapping[str, Any]) -> None:
             # link.length = … without quotes is a table within a table to TOML
             raise InputError(f'{path}: a table; a key path is written in quotes, "{path}.{next(iter(value))}" = …')
         keys = find(document, path, _KEYS_OF_ELEMENTS)
+        if keys[0] in OPEN:
+            document.setdefault(str(keys[0]), {})
         put(document, keys, _as_there(document, keys, value))
 
 

@@ -63,6 +63,13 @@ def clearance(machine: Machine, scene: Scene, poses: Frame, signs: Any, workpiec
     return _over(partial(_clearances, scene, machine, workpiece), poses, signs)
 
 
+def all_distances(machine: Machine, scene: Scene, poses: Frame, signs: Any, workpiece: Ball | None = None) -> Array:
+    """Signed distances (n, pairs), m, in the order of the scene's pairs."""
+    if not scene.pairs:
+        return np.zeros((len(poses.origin.x), 0))
+    return _over(partial(_all_distances, scene, machine, workpiece), poses, signs)
+
+
 def nearest_bodies(
     machine: Machine, scene: Scene, poses: Frame, signs: Any, workpiece: Ball | None = None
 ) -> tuple[list[tuple[str, str]], Array]:
@@ -70,7 +77,7 @@ def nearest_bodies(
     if not scene.pairs:
         count = len(poses.origin.x)
         return [("", "")] * count, np.full(count, FAR)
-    found = _over(partial(_all_distances, scene, machine, workpiece), poses, signs)
+    found = all_distances(machine, scene, poses, signs, workpiece)
     least = found.argmin(axis=1)
     names = scene.names()
     return [names[k] for k in least], found[np.arange(len(found)), least]

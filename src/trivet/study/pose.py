@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,8 @@ from trivet.kinematics.jacobian import actuator_names, inverse_jacobian
 from trivet.kinematics.mode import mode_text, parse_mode
 from trivet.kinematics.report import JointState, Shortfall, joint_elements, joint_names, joint_state_once, shortfall
 from trivet.model import Machine
+from trivet.reach.margins import all_distances
+from trivet.reach.scene import scene_of
 from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
 from trivet.statics.budget import Share, compliance, compliance_budget, require_finite
@@ -47,6 +49,19 @@ class JointRow:
     def inside(self) -> bool:
         """Whether the joint is inside its travel."""
         return self.low <= self.limited <= self.high
+
+    @property
+    def margin(self) -> float:
+        """How far it is from the nearest end of its travel: below zero outside, infinite without any."""
+        return min(self.limited - self.low, self.high - self.limited)
+
+
+class Clearance(NamedTuple):
+    """Two bodies and their signed distance, m."""
+
+    one: str
+    other: str
+    distance: float
 
 
 @dataclass(frozen=True)
@@ -128,6 +143,16 @@ class PoseReport:
             raise InputError(f"direction '{direction}' is not known{nearest(direction, AXES)}")
         wrench = np.eye(6)[AXES.index(direction)] if isinstance(direction, str) else np.asarray(direction, dtype=float)
         return compliance_budget(self.machine, self.frame, self.signs, self.stiffness, wrench)
+
+    @cached_property
+    def clearances(self) -> list[Clearance]:
+        """Bodies that must not touch, the nearest first; none for a machine that is closed numerically."""
+        if self.signs is None:
+            return []
+        scene = scene_of(self.machine, with_workpiece=False)
+        poses = Frame(*(type(v)(*(np.asarray([c], dtype=float) for c in v)) for v in self.frame))
+        found = zip(scene.names(), all_distances(self.machine, scene, poses, self.signs)[0].tolist(), strict=True)
+        return sorted((Clearance(*pair, gap) for pair, gap in found), key=lambda own: own.distance)
 
     @property
     def masses(self) -> dict[str, float]:

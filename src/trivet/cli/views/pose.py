@@ -14,19 +14,24 @@ from trivet.statics.load import LoadResult
 from trivet.statics.objective import AXES
 from trivet.study.pose import PoseReport
 
+NEAREST = 3
+"""Pairs of bodies that a table shows."""
+
 
 def tables(report: PoseReport, load: LoadResult | None = None) -> Iterator[Any]:
     """Everything about one pose."""
     yield f"{where(report.machine.name, report.mode, report.position, report.angles)}\n{reached(report.miss)}"
-    joints = table("joints", "joint", "coordinate", "limited", "from", "to", "")
+    joints = table("joints", "joint", "coordinate", "limited", "from", "to", "margin", "")
     for j in report.joints:
         unit, scale = ("mm", 1e3) if j.unit == "m" else ("°", math.degrees(1))
         limits = [f"{v * scale:.4g} {unit}" if math.isfinite(v) else "" for v in (j.low, j.high)]
-        limited = f"{j.limited * scale:.4f} {unit}" if limits[0] else ""
+        limited, margin = (f"{v * scale:.4f} {unit}" if limits[1] else "" for v in (j.limited, j.margin))
         kind = "actuated" if j.actuated else "locked" if j.locked else ""
         words = " ".join(w for w in (kind, "" if j.inside else "OUTSIDE") if w)
-        joints.add_row(j.name, f"{j.coordinate * scale:.4f} {unit}", limited, *limits, words)
+        joints.add_row(j.name, f"{j.coordinate * scale:.4f} {unit}", limited, *limits, margin, words)
     yield joints
+    if report.clearances:
+        yield _clearances(report)
     stiffness = table("stiffness at the platform centre in {O} (forces in N, moments in N m, per m and rad)", "", *AXES)
     size = [abs(report.stiffness[i, i]) ** 0.5 for i in range(6)]
     for i, axis in enumerate(("Fx", "Fy", "Fz", "Mx", "My", "Mz")):
@@ -42,6 +47,17 @@ def tables(report: PoseReport, load: LoadResult | None = None) -> Iterator[Any]:
     yield budget_table(report)
     if load is not None:
         yield from load_tables(load)
+
+
+def _clearances(report: PoseReport) -> Table:
+    """The nearest of the bodies that must not touch."""
+    least = float(report.machine.interference.clearance)
+    found = table("bodies that must stay apart, the nearest first", "", "", "distance", "")
+    for one, other, distance in report.clearances[:NEAREST]:
+        found.add_row(
+            one, other, f"{distance * 1e3:.3f} mm", "" if distance >= least else "TOUCH" if distance < 0 else "TOO NEAR"
+        )
+    return found
 
 
 def budget_table(report: PoseReport) -> Table:
@@ -86,12 +102,14 @@ def as_json(report: PoseReport, load: LoadResult | None = None) -> dict[str, Any
                 f"limited_{j.unit}": finite(j.limited),
                 f"low_{j.unit}": finite(j.low),
                 f"high_{j.unit}": finite(j.high),
+                f"margin_{j.unit}": finite(j.margin),
                 "inside": j.inside,
                 "actuated": j.actuated,
                 "locked": j.locked,
             }
             for j in report.joints
         ],
+        "clearances": [{"bodies": [c.one, c.other], "distance_m": c.distance} for c in report.clearances],
         "stiffness_SI": finite(report.stiffness),
         "stiffness_axes": list(AXES),
         "actuators": report.actuators,
