@@ -19,6 +19,10 @@ from trivet.dynamics.bodies import Bodies
 from trivet.dynamics.equations import State
 from trivet.kinematics.mode import parse_mode
 from trivet.model import load
+from trivet.reach import margins
+from trivet.reach.margins import ROWS
+from trivet.reach.neutral import with_neutral
+from trivet.reach.scene import scene_of
 from trivet.space.frame import Angle
 from trivet.space.pose import zyz_frame
 from trivet.space.screw import Twist, Wrench
@@ -46,7 +50,7 @@ def against_the_processor() -> Iterator[Row]:
     accelerator, processor = jax.devices()[0], jax.devices("cpu")[0]
     if accelerator.platform == "cpu":
         raise SystemExit("JAX finds no accelerator here")
-    for made in (_map, _full, _inverse_dynamics):
+    for made in (_map, _full, _inverse_dynamics, _margins, _clearances):
         work = made()
         ours = partial(work.kernel, *jax.device_put(work.arguments, accelerator))
 
@@ -132,6 +136,31 @@ def _inverse_dynamics() -> Work:
 
     arguments = bodies, signs, around, (state, rise, Wrench(*load_of_none))
     return Work("inverse dynamics of azulay", POSES, kernel, arguments, on_processor)
+
+
+def _margins() -> Work:
+    machine, rng = with_neutral(load("azulay"), "radial"), np.random.default_rng(3)
+    signs, count = parse_mode(machine), POSES * 4 // ROLLS // ROWS * ROWS
+    frames = unrolled(np.tile(machine.home.position, (count, 1)), rng.uniform(0, 6.3, count), rng.uniform(0, 1, count))
+    gamma = 2 * np.pi / ROLLS * np.arange(ROLLS)
+
+    def on_processor() -> Any:
+        return margins.travel_margin_on_grid(machine, frames, gamma, signs)
+
+    arguments = machine.legs_unnamed, frames, Angle(np.cos(gamma), np.sin(gamma)), signs
+    return Work("margins of travel of azulay, cones too", count * ROLLS, margins._margins_on_grid, arguments, on_processor)
+
+
+def _clearances() -> Work:
+    machine, rng = load("azulay"), np.random.default_rng(4)
+    signs, poses, scene = parse_mode(machine), _poses(machine, rng), scene_of(machine, with_workpiece=False)
+    kernel = partial(margins._clearances, scene)
+
+    def on_processor() -> Any:
+        return margins.clearance(machine, scene, poses, signs)
+
+    arguments = jax.tree.map(np.asarray, machine), None, poses, signs
+    return Work(f"clearance of azulay, {len(scene.pairs)} pairs of bodies", POSES, kernel, arguments, on_processor)
 
 
 def _poses(machine: Any, rng: Any) -> Any:

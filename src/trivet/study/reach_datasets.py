@@ -35,6 +35,7 @@ def _tilt(report: TiltReport) -> xr.Dataset:
         working_mode=report.mode,
         neutral=report.neutral,
         bodies_apart=int(report.with_bodies),
+        sphere_is_solid=int(report.is_solid),
     )
 
 

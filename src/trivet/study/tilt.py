@@ -48,6 +48,8 @@ class TiltReport:
     neutral: Reference
     with_bodies: bool
     """Whether bodies had to stay apart."""
+    is_solid: bool
+    """Whether they had to stay clear of the sphere as well."""
     grid: Grid
     largest: Array
     """(a,) greatest tilt of the grid which some roll reaches, whatever lies below it; NaN for none."""
@@ -86,7 +88,7 @@ class TiltReport:
         best = self.grid.rolls[margin.argmax(axis=1)]
         poses = rolled(frames, Angle(np.cos(best), np.sin(best)))
         states = in_batches(lambda part: joint_states(self.machine, part, self.signs), poses)
-        scene, ball = scene_of(self.machine, with_workpiece=True), ball_of(self.grid.centre, self.grid.radius)
+        scene, ball = scene_of(self.machine, with_workpiece=self.is_solid), ball_of(self.grid.centre, self.grid.radius)
         names, gaps = nearest_bodies(self.machine, scene, poses, self.signs, ball)
         found = []
         for k in range(len(best)):
@@ -122,6 +124,7 @@ def tilt(
     neutral: Reference = "as-described",
     mode: str | None = None,
     bodies: bool = True,
+    solid: bool = False,
     azimuths: int = AZIMUTHS,
     step: float = STEP,
     most: float = MOST,
@@ -136,7 +139,8 @@ def tilt(
         height: of its centre above {O}, on the z axis, m; that of the workpiece when not given.
         neutral: from what the stems of the platform's sockets deviate, see `trivet.reach.neutral`.
         mode: working mode; the machine's own when not given.
-        bodies: whether bodies must stay apart, the sphere among them.
+        bodies: whether bodies must stay apart.
+        solid: whether they must stay clear of the sphere as well; else it is a place for the platform centre, and no thing.
         azimuths: directions of tilt, evenly all round.
         step, most: of the tilt, rad.
         rolls: at least so many rolls about the normal, evenly all round.
@@ -152,7 +156,7 @@ def tilt(
     _check_grid(azimuths, step, most, rolls)
     chosen = with_neutral(plain, neutral, mode)
     grid = Grid.of((0.0, 0.0, height), radius, azimuths, step, most, rolls)
-    scene = scene_of(chosen, with_workpiece=True) if bodies else None
+    scene = scene_of(chosen, with_workpiece=solid) if bodies else None
     looked = Looked(chosen, signs, scene, ball_of(grid.centre, radius))
     if bodies:
         require_clear_home(chosen, signs)
@@ -175,6 +179,7 @@ def tilt(
         mode_text(chosen, signs),
         neutral,
         bodies,
+        bodies and solid,
         grid,
         angles[_last(is_reached)],
         refined(looked, grid, unbroken(is_reached)),

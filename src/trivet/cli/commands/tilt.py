@@ -33,6 +33,9 @@ def run(
         ),
     ] = None,
     bodies: Annotated[bool, typer.Option("--bodies/--no-bodies", help="Whether bodies must stay apart.")] = True,
+    solid: Annotated[
+        bool, typer.Option("--solid", help="Whether bodies must stay clear of the sphere as well: a workpiece, not a place.")
+    ] = False,
     azimuths: Annotated[int, typer.Option("--azimuths", help="Directions of tilt, evenly all round.")] = 36,
     step: Annotated[str, typer.Option("--step", help="Step of the tilt.")] = "1 deg",
     most: Annotated[str, typer.Option("--most", help="Greatest tilt looked at.")] = "180 deg",
@@ -59,6 +62,7 @@ def run(
             cast("list[Reference]", neutral or ["as-described"]),
             mode=mode,
             bodies=bodies,
+            solid=solid,
             azimuths=azimuths,
             step=o.quantity("--step", step, "angle", "rad", True),
             most=o.quantity("--most", most, "angle", "rad", True),

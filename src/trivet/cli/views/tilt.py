@@ -100,6 +100,7 @@ def _case(report: TiltReport) -> dict[str, Any]:
         "mode": report.mode,
         "neutral": report.neutral,
         "bodies_apart": report.with_bodies,
+        "sphere_is_solid": report.is_solid,
         "radius_m": report.grid.radius,
         "centre_m": list(report.grid.centre),
         "poses": report.poses,
