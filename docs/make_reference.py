@@ -42,6 +42,7 @@ PLACES = {
     "Sphere": "shapes = [{ … }]",
     "Capsule": "shapes = [{ … }]",
     "Box": "shapes = [{ … }]",
+    "Mesh": "shapes = [{ … }]",
     "Interference": "[interference]",
 }
 

@@ -404,3 +404,62 @@ def test_every_machine_is_clear_at_home(name: str) -> None:
 def home_angles(machine: Machine) -> tuple[float, float, float]:
     home = machine.home
     return float(home.azimuth), float(home.tilt), float(home.roll)
+
+
+# Meshes.
+
+
+def write_box(path: Any, half: tuple[float, float, float], scale: float) -> None:
+    """A box as an ASCII STL file."""
+    from scipy.spatial import ConvexHull
+
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * np.array(half) * scale
+    lines = ["solid box"]
+    for triangle in corners[ConvexHull(corners).simplices]:
+        lines += ["facet normal 0 0 0", "outer loop"]
+        lines += [f"vertex {x!r} {y!r} {z!r}" for x, y, z in triangle.tolist()]
+        lines += ["endloop", "endfacet"]
+    path.write_text("\n".join([*lines, "endsolid box"]), encoding="utf-8")
+
+
+@pytest.mark.peer("coal")
+def test_a_box_as_a_mesh_is_a_box(tmp_path: Any) -> None:
+    """On the platform and as a fixture, beside bodies of every other kind; the file lies beside the machine file."""
+    write_box(tmp_path / "tool.stl", (0.02, 0.01, 0.03), 1e3)
+    mesh = 'shape = "mesh", file = "tool.stl", unit = "mm"'
+    box = 'shape = "box", size = ["40 mm", "20 mm", "60 mm"]'
+    found = []
+    for shape in (mesh, box):
+        place = 'centre = ["0 mm", "5 mm", "30 mm"]'
+        path = tmp_path / f"{len(found)}.toml"
+        path.write_text(
+            'variant_of = "azulay"\n[about]\nname = "m"\n[set]\n'
+            f'"platform.shapes" = [{{ {shape}, {place} }}]\n'
+            f'"fixtures.wall" = [{{ {shape}, centre = ["80 mm", "0 mm", "120 mm"] }}]\n',
+            encoding="utf-8",
+        )
+        machine = load(path)
+        scene, signs = scene_of(machine, with_workpiece=False), parse_mode(machine)
+        poses = random_poses(8, 11, 0.4)
+        gaps = clearance(machine, scene, poses, signs)
+        names, nearest = nearest_bodies(machine, scene, poses, signs)
+        np.testing.assert_allclose(gaps, nearest, rtol=0, atol=1e-12)
+        found.append((gaps, names))
+    np.testing.assert_allclose(found[0][0], found[1][0], rtol=0, atol=1e-7)
+    assert found[0][1] == found[1][1]
+    assert np.any(found[0][0] < 0) or np.any(found[0][0] > 0)
+
+
+@pytest.mark.peer("coal")
+@pytest.mark.parametrize("content", [None, "hello", ""])
+def test_a_mesh_that_is_none(content: str | None, tmp_path: Any) -> None:
+    if content is not None:
+        (tmp_path / "tool.stl").write_text(content, encoding="utf-8")
+    path = tmp_path / "m.toml"
+    path.write_text(
+        'variant_of = "azulay"\n[about]\nname = "m"\n[set]\n'
+        '"platform.shapes" = [{ shape = "mesh", file = "tool.stl", unit = "mm" }]\n',
+        encoding="utf-8",
+    )
+    with pytest.raises(t.InputError, match=r"tool\.stl: cannot be read"):
+        t.tilt(path)

@@ -65,6 +65,8 @@ def _document(name: str, below: tuple[str, ...] = ()) -> dict[str, Any]:
         raise InputError(f"{name}: no machine of this name in the catalogue{nearest(name, catalogue())} (a file ends in .toml)")
     data = read_bytes(name, _FILE) if is_file else resources.files("trivet.catalog").joinpath(f"{name}.toml").read_bytes()
     document = parse_toml(name, data, _FILE)
+    if is_file:
+        _anchor(document, os.path.dirname(own))
     if "variant_of" not in document:
         return document
     parent, settings = document.pop("variant_of"), document.pop("set", {})
@@ -82,6 +84,18 @@ def _document(name: str, below: tuple[str, ...] = ()) -> dict[str, Any]:
     except InputError as error:
         raise InputError(f"{name}: set: {error}") from None
     return base | document
+
+
+def _anchor(node: Any, folder: str) -> None:
+    """Files of meshes lie where the machine file is, unless their path says otherwise."""
+    if isinstance(node, dict):
+        if node.get("shape") == "mesh" and isinstance(node.get("file"), str):
+            node["file"] = os.path.join(folder, node["file"])
+        for value in node.values():
+            _anchor(value, folder)
+    elif isinstance(node, list):
+        for value in node:
+            _anchor(value, folder)
 
 
 def _names_file(name: str) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import equinox as eqx
-from pydantic import Field
+from pydantic import Field, StringConstraints
 
 from trivet.model.quantity import Length, LengthOrZero, PositiveLength
 from trivet.model.section import STRICT
@@ -49,7 +49,21 @@ class Box(eqx.Module):
     """In the frame of its body."""
 
 
-AnyShape = Annotated[Sphere | Capsule | Box, Field(discriminator="shape")]
+class Mesh(eqx.Module):
+    """The convex hull of a mesh file; a concave body takes several."""
+
+    __pydantic_config__ = STRICT
+
+    shape: Literal["mesh"] = eqx.field(static=True)
+    file: Annotated[str, StringConstraints(min_length=1, max_length=1000)] = eqx.field(static=True)
+    """STL, OBJ or PLY; where the machine file is, unless the path says otherwise."""
+    unit: Literal["mm", "m"] = eqx.field(static=True)
+    """Unit of the file's coordinates, which are in the frame of its body."""
+    centre: Point = (0.0, 0.0, 0.0)
+    """Where the file's origin lies, in the frame of its body."""
+
+
+AnyShape = Annotated[Sphere | Capsule | Box | Mesh, Field(discriminator="shape")]
 
 Shapes = Annotated[tuple[AnyShape, ...], Field(max_length=100)]
 

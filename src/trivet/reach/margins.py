@@ -15,6 +15,7 @@ from trivet.kinematics.alike import alike
 from trivet.kinematics.jacobian import square_rows
 from trivet.kinematics.travel import margin
 from trivet.model import Machine
+from trivet.reach import meshes
 from trivet.reach.scene import FAR, Ball, Scene, distances, placed
 from trivet.space.batches import in_batches, in_threads
 from trivet.space.elimination import determinant
@@ -58,16 +59,37 @@ def travel_margin_on_grid(machine: Machine, frames: Frame, rolls: Array, signs: 
 
 def clearance(machine: Machine, scene: Scene, poses: Frame, signs: Any, workpiece: Ball | None = None) -> Array:
     """Signed distance (n,) of the nearest pair of bodies that must not touch, m; infinite where there is none."""
-    if not scene.pairs:
-        return np.full(len(poses.origin.x), FAR)
-    return _over(partial(_clearances, scene, machine, workpiece), poses, signs)
+    least = np.full(len(poses.origin.x), FAR)
+    if scene.plain.pairs:
+        least = _over(partial(_clearances, scene.plain, machine, workpiece), poses, signs)
+    if scene.meshed.pairs:
+        least = np.minimum(least, _of_meshes(machine, scene.meshed, poses, signs, workpiece).min(axis=1))
+    return least
 
 
 def all_distances(machine: Machine, scene: Scene, poses: Frame, signs: Any, workpiece: Ball | None = None) -> Array:
     """Signed distances (n, pairs), m, in the order of the scene's pairs."""
-    if not scene.pairs:
-        return np.zeros((len(poses.origin.x), 0))
+    found = np.empty((len(poses.origin.x), len(scene.pairs)))
+    for some, by in ((scene.plain, _of_plain_shapes), (scene.meshed, _of_meshes)):
+        if some.pairs:
+            found[:, [scene.pairs.index(pair) for pair in some.pairs]] = by(machine, some, poses, signs, workpiece)
+    return found
+
+
+def _of_plain_shapes(machine: Machine, scene: Scene, poses: Frame, signs: Any, workpiece: Ball | None) -> Array:
     return _over(partial(_all_distances, scene, machine, workpiece), poses, signs)
+
+
+def _of_meshes(machine: Machine, scene: Scene, poses: Frame, signs: Any, workpiece: Ball | None) -> Array:
+    """One pose after the other; bodies are put into place by the kernel that others share."""
+    count = len(poses.origin.x)
+    rows: dict[int, Any] = {}
+    found = in_batches(lambda part: _shapes(scene, machine, workpiece, part, np.asarray(signs)), poses)
+    for parts, own in found.items():
+        rows |= {part: jax.tree.map(lambda c, k=k: c[:, k], own) for k, part in enumerate(parts)}
+    wanted = sorted({k for pair in scene.pairs for k in pair})
+    shapes = [(rows[k], None if scene.parts[k].mesh is None else meshes.hull(*scene.parts[k].mesh)) for k in wanted]  # type: ignore[misc]
+    return meshes.distances(shapes, [(wanted.index(a), wanted.index(b)) for a, b in scene.pairs], count)
 
 
 def nearest_bodies(
@@ -119,6 +141,18 @@ def _distances(
 def _clearances(scene: Scene, machine: Machine, workpiece: Ball | None, poses: Frame, signs: Scalar) -> Scalar:
     parts = [jnp.min(found, axis=0) for _, found in _distances(scene, machine, workpiece, poses, signs)]
     return jnp.min(jnp.stack(parts), axis=0)
+
+
+@partial(jax.jit, static_argnums=0)
+def _shapes(scene: Scene, machine: Machine, workpiece: Ball | None, poses: Frame, signs: Scalar) -> dict[tuple[int, ...], Any]:
+    """Every shape in {O}, components (n, parts), by the parts which they are."""
+    groups, count = alike(machine.legs_unnamed), len(poses.origin.x)
+    shapes = placed(scene, machine, groups, [group.stand(poses, signs) for group in groups], poses, workpiece)
+    return {parts: _spread(own, len(parts), count) for parts, own in shapes.values()}
+
+
+def _spread(own: Any, many: int, count: int) -> Any:
+    return jax.tree.map(lambda c: jnp.broadcast_to(c, (many, count)).T, own)
 
 
 @partial(jax.jit, static_argnums=0)

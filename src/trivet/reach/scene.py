@@ -18,13 +18,16 @@ from trivet.model.elements import Beam, Element, Joint, Prismatic, Stock
 from trivet.model.elements.beam import beam_axes
 from trivet.model.machine import Platform
 from trivet.reach.distance import Box, Capsule, boxes, capsule_to_box, capsules
+from trivet.reach.meshes import Solid
 from trivet.space.frame import IDENTITY, Frame, about_z
 from trivet.space.scalar import Scalar
 from trivet.space.vector import Vec
 
 PLATFORM, WORKPIECE = "platform", "workpiece"
 
-Placed = dict[tuple[Any, ...], tuple[tuple[int, ...], Capsule | Box]]
+Placeable = Capsule | Box | Solid
+
+Placed = dict[tuple[Any, ...], tuple[tuple[int, ...], Placeable]]
 """Shapes in {O} by source, that of the first of alike chains: which parts they are, and the shapes, components (parts, n)."""
 
 
@@ -43,7 +46,9 @@ class Part(NamedTuple):
     source: tuple[Any, ...]
     """Where the shape comes from: ("leg", chain, element, k), ("platform", k), ("fixture", name, k) or ("workpiece",)."""
     kind: str
-    """"capsule" or "box"."""
+    """"capsule", "box" or "mesh"."""
+    mesh: tuple[str, str] | None = None
+    """File and unit of a mesh."""
 
 
 class Scene(NamedTuple):
@@ -51,6 +56,16 @@ class Scene(NamedTuple):
 
     parts: tuple[Part, ...]
     pairs: tuple[tuple[int, int], ...]
+
+    @property
+    def plain(self) -> Scene:
+        """The scene without pairs that have a mesh in them."""
+        return self._replace(pairs=tuple(p for p in self.pairs if all(self.parts[k].mesh is None for k in p)))
+
+    @property
+    def meshed(self) -> Scene:
+        """The scene with those pairs alone."""
+        return self._replace(pairs=tuple(p for p in self.pairs if any(self.parts[k].mesh is not None for k in p)))
 
     def names(self) -> list[tuple[str, str]]:
         """The bodies of every pair."""
@@ -74,14 +89,14 @@ def scene_of(machine: Machine, *, with_workpiece: bool) -> Scene:
             for k, kind in enumerate(_kinds(element, machine.stock)):
                 name = f"{leg.name}.{element.name}"
                 is_platform = index == len(leg.chain.elements) - 1
-                parts.append(Part(name, ("leg", number, index, k), kind))
+                parts.append(Part(name, ("leg", number, index, k), *kind))
                 place[len(parts) - 1] = PLATFORM if is_platform else (number, _joints_upto(leg, index))
     for k, kind in enumerate(_platform_kinds(machine.platform)):
-        parts.append(Part(PLATFORM, ("platform", k), kind))
+        parts.append(Part(PLATFORM, ("platform", k), *kind))
         place[len(parts) - 1] = PLATFORM
     for name, shapes in sorted(machine.fixtures.items()):
         for k, own in enumerate(shapes):
-            parts.append(Part(name, ("fixture", name, k), "box" if isinstance(own, shape.Box) else "capsule"))
+            parts.append(Part(name, ("fixture", name, k), *_kind(own)))
             place[len(parts) - 1] = "ground"
     if with_workpiece:
         parts.append(Part(WORKPIECE, ("workpiece",), "capsule"))
@@ -101,19 +116,26 @@ def _joints_upto(leg: Leg, index: int) -> int:
     return sum(isinstance(e, Joint) for e in leg.chain.elements[: index + 1])
 
 
-def _kinds(element: Element, stock: Stock) -> list[str]:
+def _kind(own: shape.AnyShape) -> tuple[Any, ...]:
+    """Kind of a shape, and file and unit of a mesh."""
+    if isinstance(own, shape.Mesh):
+        return "mesh", (own.file, own.unit)
+    return ("box",) if isinstance(own, shape.Box) else ("capsule",)
+
+
+def _kinds(element: Element, stock: Stock) -> list[tuple[Any, ...]]:
     if element.shapes is not None:
-        return ["box" if isinstance(own, shape.Box) else "capsule" for own in element.shapes]
+        return [_kind(own) for own in element.shapes]
     profile = _profile(element)
     if profile is None:
         return []
-    return ["capsule" if stock.sections[profile.section].outline.is_round else "box"]
+    return [("capsule",) if stock.sections[profile.section].outline.is_round else ("box",)]
 
 
-def _platform_kinds(platform: Platform) -> list[str]:
+def _platform_kinds(platform: Platform) -> list[tuple[Any, ...]]:
     if platform.shapes is not None:
-        return ["box" if isinstance(own, shape.Box) else "capsule" for own in platform.shapes]
-    return [] if platform.disc is None else ["box"]
+        return [_kind(own) for own in platform.shapes]
+    return [] if platform.disc is None else [("box",)]
 
 
 def _profile(element: Element) -> Any:
@@ -208,7 +230,7 @@ def _in_o(frame: Frame, posture: Posture, end: Vec) -> Frame:
     return Frame(end + about_z(posture.heading, frame.origin - posture.end), *turned)
 
 
-def _own_shapes(element: Element, before: Frame, beyond: Frame, stock: Stock) -> Iterator[Capsule | Box]:
+def _own_shapes(element: Element, before: Frame, beyond: Frame, stock: Stock) -> Iterator[Placeable]:
     if element.shapes is not None:
         yield from (_given(own, beyond) for own in element.shapes)
         return
@@ -226,7 +248,7 @@ def _own_shapes(element: Element, before: Frame, beyond: Frame, stock: Stock) ->
     yield Box(Frame(start + along * 0.5, x, y, z), half)
 
 
-def _platform_shapes(platform: Platform, pose: Frame) -> Iterator[Capsule | Box]:
+def _platform_shapes(platform: Platform, pose: Frame) -> Iterator[Placeable]:
     if platform.shapes is not None:
         yield from (_given(own, pose) for own in platform.shapes)
     elif platform.disc is not None:
@@ -234,7 +256,9 @@ def _platform_shapes(platform: Platform, pose: Frame) -> Iterator[Capsule | Box]
         yield Box(pose, Vec(radius, radius, platform.disc.thickness / 2))
 
 
-def _given(own: shape.Sphere | shape.Capsule | shape.Box, frame: Frame) -> Capsule | Box:
+def _given(own: shape.AnyShape, frame: Frame) -> Placeable:
+    if isinstance(own, shape.Mesh):
+        return Solid(frame.shift(own.centre))
     if isinstance(own, shape.Box):
         x, y, z = own.size
         return Box(frame.shift(own.centre), Vec(x / 2, y / 2, z / 2))
@@ -262,7 +286,7 @@ def distances(scene: Scene, shapes: Placed) -> Iterator[tuple[list[int], Scalar]
         yield [k for k, _, _ in members], _distance(first, second)
 
 
-def _rows(placed: tuple[tuple[int, ...], Capsule | Box], rows: list[int]) -> Any:
+def _rows(placed: tuple[tuple[int, ...], Placeable], rows: list[int]) -> Any:
     parts, own = placed
     if len(parts) == 1:
         return own

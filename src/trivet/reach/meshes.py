@@ -1,0 +1,107 @@
+"""Bodies from mesh files, as their convex hulls, by coal: signed distances one pose and one pair at a time.
+
+coal is the successor of FCL (J. Pan, S. Chitta, D. Manocha, A general purpose library for collision and proximity queries, ICRA
+2012).
+"""
+
+from __future__ import annotations
+
+import os
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+from numpy.typing import NDArray
+
+from trivet.errors import InputError
+from trivet.reach.distance import Box, Capsule
+from trivet.space.frame import Frame
+
+Array = NDArray[Any]
+
+LARGEST_FILE = 50_000_000
+"""Bytes."""
+SCALE = {"mm": 1e-3, "m": 1.0}
+
+
+class Solid(NamedTuple):
+    """The convex hull of a mesh, in a frame."""
+
+    frame: Frame
+
+
+def hull(file: str, unit: str) -> Any:
+    """The convex hull of a mesh file (STL, OBJ, PLY, …), in m.
+
+    Raises:
+        InputError: when the file cannot be read, is too large or has no volume, or coal is not installed.
+    """
+    try:
+        size, changed = os.stat(file).st_size, os.stat(file).st_mtime_ns
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read: {error.strerror}") from None
+    if not os.path.isfile(file):
+        raise InputError(f"{file}: is no file")
+    if size > LARGEST_FILE:
+        raise InputError(f"{file}: {size / 1e6:.0f} MB; a mesh has {LARGEST_FILE / 1e6:.0f} MB at most")
+    return _hull(os.path.abspath(file), unit, changed)
+
+
+@lru_cache(maxsize=100)
+def _hull(file: str, unit: str, changed: int) -> Any:
+    coal = _coal()
+    try:
+        mesh = coal.MeshLoader(coal.NODE_TYPE.BV_OBBRSS).load(file, np.full(3, SCALE[unit]))
+        mesh.buildConvexHull(True, "Qt")
+    except (ValueError, RuntimeError):
+        raise InputError(f"{file}: cannot be read as a mesh with a volume (STL, OBJ or PLY)") from None
+    return mesh.convex
+
+
+def _coal() -> Any:
+    try:
+        import coal
+    except ImportError:
+        raise InputError("shapes from meshes need coal; install it with: pip install 'trivet[meshes]'") from None
+    return coal
+
+
+def distances(shapes: list[tuple[Any, Any]], pairs: list[tuple[int, int]], count: int) -> Array:
+    """Signed distances (n, pairs), m.
+
+    Args:
+        shapes: each a `Capsule`, `Box` or `Solid` with components (n,) or numbers, and the hull of a `Solid` or None.
+        pairs: of shapes.
+        count: n.
+    """
+    coal = _coal()
+    request = coal.DistanceRequest()
+    request.enable_signed_distance = True
+    request.gjk_tolerance = request.epa_tolerance = 1e-9
+    request.gjk_max_iterations = request.epa_max_iterations = 1000
+    plain = [(jax.tree.map(lambda c: np.broadcast_to(np.asarray(c, dtype=float), (count,)), own), body) for own, body in shapes]
+    found = np.empty((count, len(pairs)))
+    for k in range(count):
+        placed = [_placed(coal, own, body, k) for own, body in plain]
+        for column, (a, b) in enumerate(pairs):
+            found[k, column] = coal.distance(*placed[a], *placed[b], request, coal.DistanceResult())
+    return found
+
+
+def _placed(coal: Any, own: Any, body: Any, k: int) -> tuple[Any, Any]:
+    if isinstance(own, Capsule):
+        start, end = (np.array([c[k] for c in point]) for point in (own.start, own.end))
+        along = end - start
+        length = float(np.linalg.norm(along))
+        z = along / length if length > 0 else np.array([0.0, 0.0, 1.0])
+        x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
+        x /= np.linalg.norm(x)
+        turn = np.stack([x, np.cross(z, x), z], axis=1)
+        return coal.Capsule(float(own.radius[k]), length), coal.Transform3s(turn, (start + end) / 2)
+    frame = own.frame
+    turn = np.array([[c[k] for c in axis] for axis in frame[1:]]).T
+    where = coal.Transform3s(turn, np.array([c[k] for c in frame.origin]))
+    if isinstance(own, Box):
+        return coal.Box(*(2 * float(c[k]) for c in own.half)), where
+    return body, where
