@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
 import os
 import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 # The systems are small: threads inside LAPACK cost more than they bring.  To be set before NumPy is imported.
@@ -18,6 +19,9 @@ import pytest
 # A first call compiles, and machines are shared: slow is no fault.
 hypothesis.settings.register_profile("trivet", deadline=None)
 hypothesis.settings.load_profile("trivet")
+
+
+MOST_MAPS = 20_000
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -36,6 +40,18 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
             if os.environ.get("TRIVET_PEERS") == "required":
                 pytest.fail(reason + "; TRIVET_PEERS=required", pytrace=False)
             pytest.skip(reason)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def few_kernels() -> Iterator[None]:
+    """Forget compiled kernels before there are too many: each is mapped into memory, and Linux allows a process 65,530 maps."""
+    yield
+    maps = Path("/proc/self/maps")
+    if maps.exists() and maps.read_bytes().count(b"\n") > MOST_MAPS:
+        import jax
+
+        jax.clear_caches()
+        gc.collect()
 
 
 @pytest.fixture
