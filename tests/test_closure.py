@@ -83,7 +83,7 @@ def test_agrees_with_the_closed_form_in_every_mode(name: str) -> None:
                     break
             assert found is not None
             assert _apart(leg, found.numbers, expected) < 1e-9
-            assert found.inside == bool(within(leg, inverse(leg, pose, sign)))
+            assert found.inside == bool(within(leg, inverse(leg, pose, sign), pose))
             assert _gap(leg, pose, found) < 1e-12
 
 

@@ -224,7 +224,7 @@ class Machine(eqx.Module):
     """The hemisphere over which the machine is compared with others."""
     fixtures: dict[Name, Shapes] = eqx.field(default_factory=dict)
     """What stands on the ground beside the machine, by name, in {O}: frame, table, vice."""
-    interference: Interference = Interference()
+    interference: Interference | None = None
     """Which bodies may touch, and how far the others must be apart."""
     theory: Literal["euler-bernoulli", "timoshenko"] = eqx.field(static=True, default="euler-bernoulli")
     """Beam theory: without or with shear deflection."""
@@ -245,6 +245,11 @@ class Machine(eqx.Module):
     def stock(self) -> Stock:
         """Sections, materials and beam theory."""
         return Stock(self.sections, self.materials, self.theory, self.rotary_inertia)
+
+    @property
+    def apart(self) -> Interference:
+        """How far bodies must be apart."""
+        return Interference() if self.interference is None else self.interference
 
     @property
     def mechanism(self) -> Mechanism:

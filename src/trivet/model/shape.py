@@ -78,5 +78,4 @@ class Interference(eqx.Module):
     clearance: LengthOrZero = 0.0
     """Least distance of bodies that must not touch."""
     may_touch: Annotated[tuple[Touching, ...], Field(max_length=1000)] = eqx.field(static=True, default=())
-    """Pairs that need not be looked at: "leg.link" for all copies of a chain or "leg-1.link" for one; "platform", "workpiece"
-    or the name of a fixture.  Bodies that a joint connects may always touch, as may platform and workpiece."""
+    """Pairs that need not be looked at: "leg.link" (of one copy "leg-1.link"), "platform", "workpiece" or a fixture's name."""

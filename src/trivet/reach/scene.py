@@ -154,7 +154,7 @@ def _touching(machine: Machine) -> set[frozenset[str]]:
                 known[f"{copy}.{element.name}"] = [f"{copy}.{element.name}"]
             known[f"{name}.{element.name}"] = [f"{copy}.{element.name}" for copy in copies]
     found = set()
-    for pair in machine.interference.may_touch:
+    for pair in machine.apart.may_touch:
         for body in pair:
             if body not in known:
                 raise InputError(f'interference.may_touch: no body "{body}"{nearest(body, known)}')

@@ -106,7 +106,7 @@ def is_clear(looked: Looked, poses: Frame) -> Array:
     count = len(poses.origin.x)
     if looked.scene is None or not count:
         return np.ones(count, dtype=bool)
-    least = float(looked.machine.interference.clearance)
+    least = float(looked.machine.apart.clearance)
     clear: Array = clearance(looked.machine, looked.scene, poses, looked.signs, looked.workpiece) >= least
     return clear
 

@@ -28,8 +28,8 @@ HALVINGS = 14
 """Of a sample's height, to find where a column enters or leaves."""
 POINTS = 16_384
 """Places looked at per call."""
-COARSE = 24
-"""Cells per axis of the lattice with which it is found where the workspace lies."""
+COARSE = (24, 48, 96)
+"""Cells per axis of the lattices with which it is found where the workspace lies; finer ones where the first find nothing."""
 
 
 class Orientations(NamedTuple):
@@ -161,12 +161,15 @@ def _some(frames: Frame, rows: Array) -> Frame:
 
 def found_region(within: Callable[[Array], Array], around: Region) -> Region | None:
     """The part of a region in which a workspace lies, as a coarse lattice sees it, with a cell to spare; None for nothing."""
-    axes = [np.linspace(low, high, COARSE + 1)[:-1] + (high - low) / COARSE / 2 for low, high in zip(*around, strict=True)]
-    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    good = points[within(points)]
-    if not len(good):
+    for count in COARSE:
+        cell = (around.high - around.low) / count
+        axes = [low + step * (np.arange(count) + 0.5) for low, step in zip(around.low, cell, strict=True)]
+        points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+        good = points[within(points)]
+        if len(good):
+            break
+    else:
         return None
-    cell = (around.high - around.low) / COARSE
     # Not evenly: four quarters of a symmetric lattice would agree, and tell nothing of the error.
     return Region(good.min(axis=0) - 1.37 * cell, good.max(axis=0) + 1.81 * cell)
 

@@ -233,7 +233,7 @@ def require_clear_home(machine: Machine, signs: Any) -> None:
     scene = scene_of(machine, with_workpiece=False)
     home = Frame(*(Vec(*(np.atleast_1d(c) for c in v)) for v in home_pose(machine)))
     names, gaps = nearest_bodies(machine, scene, home, signs, None)
-    least = float(machine.interference.clearance)
+    least = float(machine.apart.clearance)
     if gaps[0] < least:
         raise NoResultError(
             f"{machine.name}: at home {names[0][0]} and {names[0][1]} are {gaps[0] * 1e3:.3g} mm apart, {least * 1e3:g} mm is "

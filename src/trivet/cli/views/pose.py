@@ -51,7 +51,7 @@ def tables(report: PoseReport, load: LoadResult | None = None) -> Iterator[Any]:
 
 def _clearances(report: PoseReport) -> Table:
     """The nearest of the bodies that must not touch."""
-    least = float(report.machine.interference.clearance)
+    least = float(report.machine.apart.clearance)
     found = table("bodies that must stay apart, the nearest first", "", "", "distance", "")
     for one, other, distance in report.clearances[:NEAREST]:
         found.add_row(
