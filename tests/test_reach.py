@@ -89,8 +89,7 @@ def test_limits_and_sides_against_plain_numpy() -> None:
 @pytest.mark.parametrize("measure", ["deviation", "elevation"])
 def test_a_neutral_axis_in_either_body(body: str, measure: str) -> None:
     """The angle is the same, whichever of its two directions is called the axis."""
-    axis, stem = {"beyond": ("x", "x"), "before": ("x", "x")}[body]
-    neutral = f'{{ axis = "{axis}", stem = "{stem}", body = "{body}", measure = "{measure}" }}'
+    neutral = f'{{ axis = "x", stem = "x", body = "{body}", measure = "{measure}" }}'
     machine = with_ball(f"neutral = {neutral}")
     poses = random_poses(20, 2, 0.3)
     _, cosines, _ = plain_azulay(poses)
@@ -382,6 +381,24 @@ def test_columns_with_gaps() -> None:
     assert max(len(low) for low, _ in own.spans) == 2
 
 
+def test_a_region_cuts_a_workspace_off() -> None:
+    region = Region(np.array([-0.1, 0.2, 0.3]), np.array([0.4, 0.5, 0.9]))
+    for count in (5, 8):
+        own = columns(lambda points: np.ones(len(points), dtype=bool), region, count)
+        assert own.volume == pytest.approx(0.5 * 0.3 * 0.6, rel=1e-12)
+        assert own.error < 1e-12
+
+
+def test_what_does_not_close_has_no_margin() -> None:
+    far = zyz_frame(np.array([[0.0, 0.0, 5.0]]), np.zeros(1), np.zeros(1), np.zeros(1))
+    assert np.isneginf(travel_margin(load("azulay"), far, parse_mode(load("azulay"))))
+
+
+def test_a_wide_cone_has_no_elevation() -> None:
+    with pytest.raises(t.InputError, match="an elevation lies between"):
+        with_neutral(load("azulay", {"ball.cone": "120 deg"}), "elevation")
+
+
 def test_orientations_at_a_place() -> None:
     report = t.orientation_workspace(shell_machine(), bodies=False, count=24)
     assert 0 < report.solid_angle < 4 * math.pi
@@ -447,7 +464,7 @@ def test_a_box_as_a_mesh_is_a_box(tmp_path: Any) -> None:
         found.append((gaps, names))
     np.testing.assert_allclose(found[0][0], found[1][0], rtol=0, atol=1e-7)
     assert found[0][1] == found[1][1]
-    assert np.any(found[0][0] < 0) or np.any(found[0][0] > 0)
+    assert len(set(found[0][1])) > 1
 
 
 @pytest.mark.peer("coal")

@@ -35,7 +35,8 @@ class Gauge(NamedTuple):
         """A value on this scale in m or rad."""
         if self.scale == "plain":
             return value
-        return jnp.arcsin(value) if self.scale == "sine" else jnp.arccos(jnp.clip(value, -1.0, 1.0))
+        inside = jnp.clip(value, -1.0, 1.0)  # rounding of unit vectors
+        return jnp.arcsin(inside) if self.scale == "sine" else jnp.arccos(inside)
 
 
 def gauges(leg: Leg, posture: Posture, pose: Frame) -> list[Gauge]:

@@ -132,7 +132,7 @@ def _check_chain(path: str, chain: Chain) -> None:
             raise InputError(f"{here}.reflected_inertia: that of a motor, and none drives this joint; set actuated = true")
         if isinstance(element, Spherical):
             _check_ball(here, element)
-        _check_socket(here, index, elements)
+        check_socket(here, index, elements)
         if isinstance(element, Universal):
             first, second = element.axes
             if abs(sum(a * b for a, b in zip(first, second, strict=True))) > 1e-12:
@@ -195,7 +195,8 @@ def _check_ball(path: str, ball: Spherical) -> None:
         raise InputError(f'{path}.stiffness: {ball.stiffness:g} N m/rad is as good as none; write rotation = "free" instead')
 
 
-def _check_socket(path: str, index: int, elements: tuple[Element, ...]) -> None:
+def check_socket(path: str, index: int, elements: tuple[Element, ...]) -> None:
+    """Raise InputError, naming the key, for a cone or a neutral axis that cannot be."""
     socket = elements[index]
     if not isinstance(socket, Socket):
         return

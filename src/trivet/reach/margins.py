@@ -118,7 +118,8 @@ def _over(kernel: Callable[[Frame, Any], Any], poses: Frame, signs: Any) -> Arra
 @jax.jit
 def _margins(legs: Any, poses: Frame, signs: Scalar) -> Scalar:
     found = [jnp.min(margin(group.leg, group.stand(poses, signs), poses), axis=0) for group in alike(legs)]
-    return jnp.nan_to_num(jnp.min(jnp.stack(found), axis=0), nan=-jnp.inf)
+    least = jnp.min(jnp.stack(found), axis=0)
+    return jnp.where(jnp.isnan(least), -jnp.inf, least)
 
 
 @jax.jit
@@ -146,13 +147,9 @@ def _clearances(scene: Scene, machine: Machine, workpiece: Ball | None, poses: F
 @partial(jax.jit, static_argnums=0)
 def _shapes(scene: Scene, machine: Machine, workpiece: Ball | None, poses: Frame, signs: Scalar) -> dict[tuple[int, ...], Any]:
     """Every shape in {O}, components (n, parts), by the parts which they are."""
-    groups, count = alike(machine.legs_unnamed), len(poses.origin.x)
+    groups = alike(machine.legs_unnamed)
     shapes = placed(scene, machine, groups, [group.stand(poses, signs) for group in groups], poses, workpiece)
-    return {parts: _spread(own, len(parts), count) for parts, own in shapes.values()}
-
-
-def _spread(own: Any, many: int, count: int) -> Any:
-    return jax.tree.map(lambda c: jnp.broadcast_to(c, (many, count)).T, own)
+    return {parts: jax.tree.map(jnp.transpose, own) for parts, own in shapes.values()}
 
 
 @partial(jax.jit, static_argnums=0)

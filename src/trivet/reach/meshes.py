@@ -41,6 +41,8 @@ def hull(file: str, unit: str) -> Any:
         size, changed = os.stat(file).st_size, os.stat(file).st_mtime_ns
     except OSError as error:
         raise InputError(f"{file}: cannot be read: {error.strerror}") from None
+    if not file.lower().endswith((".stl", ".obj", ".ply")):
+        raise InputError(f"{file}: a mesh is a file of STL, OBJ or PLY")
     if not os.path.isfile(file):
         raise InputError(f"{file}: is no file")
     if size > LARGEST_FILE:

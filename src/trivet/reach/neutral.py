@@ -11,6 +11,7 @@ from trivet.errors import InputError, nearest
 from trivet.kinematics.mode import parse_mode
 from trivet.kinematics.standing import Standing, home_pose, stand
 from trivet.model import Machine
+from trivet.model.check import check_socket
 from trivet.model.elements import Neutral, Socket
 from trivet.space.frame import Frame
 from trivet.space.vector import Vec
@@ -50,6 +51,9 @@ def with_neutral(machine: Machine, reference: Reference, mode: str | None = None
         if not isinstance(socket, Socket) or socket.cone is None:
             chains[name] = chain
             continue
+        neutral = Neutral((0.0, 0.0, 1.0), measure="elevation" if reference == "elevation" else "deviation")
+        elements = (*chain.elements[:-1], dataclasses.replace(socket, neutral=neutral))
+        check_socket(f"chains.{name}.elements.{socket.name}", len(elements) - 1, elements)
         legs = [one for one in standing if one.leg.chain is chain]
         axes = [_axis(one, home, reference) for one in legs]
         for one, axis in zip(legs, axes, strict=True):
@@ -58,6 +62,11 @@ def with_neutral(machine: Machine, reference: Reference, mode: str | None = None
             if np.allclose(axes, axes[0], rtol=0, atol=1e-9):
                 chains[name] = dataclasses.replace(chain, elements=(*chain.elements[:-1], last))
                 break
+            if machine.apart.may_touch:
+                raise InputError(
+                    f"{machine.name}: with '{reference}' the copies of {name} differ, and interference.may_touch may name them "
+                    "all; give the chains and the pairs one by one in a file"
+                )
             alone = one.leg.alone()
             chains[one.leg.name] = dataclasses.replace(alone, elements=(*alone.elements[:-1], last))
     return dataclasses.replace(machine, chains=chains)

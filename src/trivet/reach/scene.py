@@ -221,7 +221,13 @@ def placed(
     if ("workpiece",) in number:
         assert workpiece is not None
         found[("workpiece",)] = (number[("workpiece",)],), Capsule(workpiece.centre, workpiece.centre, workpiece.radius)
-    return found
+    # All of one shape, so that what belongs to a chain is never taken for what belongs to a pose.
+    count = jnp.shape(pose.origin.x)[0]
+    return {source: (parts, _spread(own, len(parts), count)) for source, (parts, own) in found.items()}
+
+
+def _spread(own: Placeable, many: int, count: int) -> Any:
+    return jax.tree.map(lambda c: jnp.broadcast_to(c, (many, count)), own)
 
 
 def _in_o(frame: Frame, posture: Posture, end: Vec) -> Frame:
@@ -291,7 +297,7 @@ def _rows(placed: tuple[tuple[int, ...], Placeable], rows: list[int]) -> Any:
     if len(parts) == 1:
         return own
     index = np.array(rows)
-    return jax.tree.map(lambda c: c[index] if jnp.ndim(c) and c.shape[0] == len(parts) else c, own)
+    return jax.tree.map(lambda c: c[index], own)
 
 
 def _distance(one: Any, two: Any) -> Scalar:

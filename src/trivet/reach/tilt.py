@@ -55,7 +55,7 @@ class Grid(NamedTuple):
             centre,
             radius,
             2 * np.pi / azimuths * np.arange(azimuths),
-            step * np.arange(int(most / step + 1e-9) + 1),
+            np.unique([*(step * np.arange(int(most / step + 1e-9) + 1)), most]),
             2 * np.pi / turns * np.arange(turns),
         )
 
@@ -93,7 +93,7 @@ def inside(looked: Looked, grid: Grid, progress: Callable[[int], None] = lambda 
         margin = travel_margin_on_grid(looked.machine, frames, grid.rolls, looked.signs)
         good = margin >= 0
         rows, columns = np.nonzero(good)
-        good[rows, columns] = is_clear(looked, _at(frames, rows, grid.rolls[columns]))
+        good[rows, columns] = is_clear(looked, turned(frames, rows, grid.rolls[columns]))
         best = np.where(good, margin, -np.inf)
         rolls.append(np.where(good.any(axis=1), best.argmax(axis=1), -1))
         found.append(good)
@@ -123,7 +123,7 @@ def best_rolls(looked: Looked, frames: Frame, rolls: Array) -> tuple[Array, Arra
     best = margin.argmax(axis=1)
     todo = rows[np.isfinite(margin[rows, best])]
     while len(todo):
-        clear = is_clear(looked, _at(frames, todo, rolls[best[todo]]))
+        clear = is_clear(looked, turned(frames, todo, rolls[best[todo]]))
         touching = todo[~clear]
         margin[touching, best[touching]] = -np.inf
         best[touching] = margin[touching].argmax(axis=1)
@@ -132,7 +132,8 @@ def best_rolls(looked: Looked, frames: Frame, rolls: Array) -> tuple[Array, Arra
     return np.where(np.isfinite(value), best, -1), value
 
 
-def _at(frames: Frame, rows: Array, rolls: Array) -> Frame:
+def turned(frames: Frame, rows: Array, rolls: Array) -> Frame:
+    """Some of the frames (n,), by their numbers, each turned about its own normal by a roll (rad)."""
     chosen = Frame(*(Vec(*(np.broadcast_to(c, len(frames.origin.x))[rows] for c in v)) for v in frames))
     return rolled(chosen, Angle(np.cos(rolls), np.sin(rolls)))
 
@@ -190,5 +191,5 @@ def _sides(looked: Looked, grid: Grid, inside: Array) -> Array:
         rows, columns = np.nonzero(inside[i])
         if len(rows):
             frames = grid.frames(np.full(len(grid.tilts), azimuth), grid.tilts)
-            found[i, rows, columns] = side(looked.machine, _at(frames, rows, grid.rolls[columns]), looked.signs)
+            found[i, rows, columns] = side(looked.machine, turned(frames, rows, grid.rolls[columns]), looked.signs)
     return found

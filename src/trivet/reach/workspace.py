@@ -109,7 +109,7 @@ class Columns(NamedTuple):
         the same chance everywhere.
         """
         lengths = self.lengths
-        parts = [lengths[i::2, j::2].sum() * 4 for i in (0, 1) for j in (0, 1)]
+        parts = [lengths[i::2, j::2].mean() * lengths.size for i in (0, 1) for j in (0, 1)]
         quarters = max(abs(part - lengths.sum()) for part in parts) / 2
         steps = math.sqrt(sum(float(np.sum(np.diff(lengths, axis=axis) ** 2)) for axis in (0, 1)) / 12)
         return float(max(quarters, steps) * self.cell)
@@ -124,10 +124,10 @@ def reached(looked: Looked, points: Array, kind: Kind, orientations: Orientation
 
 
 def _reached(looked: Looked, points: Array, kind: Kind, orientations: Orientations) -> Array:
-    """Direction by direction, only where it is still open."""
+    """Direction by direction, only where it is still open; the greatest tilts first, which are the hardest."""
     wanted = kind == "reachable"
     found = np.full(len(points), not wanted)
-    for azimuth, tilt, rolls in zip(*orientations, strict=True):
+    for azimuth, tilt, rolls in list(zip(*orientations, strict=True))[:: 1 if kind == "reachable" else -1]:
         todo = np.flatnonzero(found != wanted) if wanted else np.flatnonzero(found)
         if not len(todo):
             break
@@ -183,7 +183,7 @@ def columns(
     """A workspace in a region, in count x count columns of count samples each."""
     size = (region.high - region.low) / count
     x, y, z = (region.low[k] + size[k] * (np.arange(count) + 0.5) for k in range(3))
-    heights = np.concatenate([[z[0] - size[2]], z, [z[-1] + size[2]]])
+    heights = np.concatenate([region.low[2:], z, region.high[2:]])
     parts = []
     for i, own_x in enumerate(x):
         points = np.stack(np.meshgrid([own_x], y, z, indexing="ij"), axis=-1).reshape(-1, 3)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trivet.errors import InputError, NoResultError
+from trivet.kinematics.jacobian import actuators
 from trivet.kinematics.mode import closed_form_signs, mode_text
 from trivet.kinematics.report import joint_states, shortfall
 from trivet.kinematics.standing import home_pose
@@ -30,8 +31,8 @@ Array = NDArray[Any]
 
 AZIMUTHS, ROLLS = 36, 180
 STEP, MOST = math.radians(1.0), math.radians(180.0)
-LARGEST_GRID = 200_000_000
-"""Poses of a grid, at most: they are held in memory as one byte each."""
+LARGEST_GRID = 50_000_000
+"""Poses of a grid, at most: some thirty bytes each are held in memory."""
 BEYOND = math.radians(0.02)
 """How far beyond the greatest tilt it is looked at what stops the machine."""
 WAY = 201
@@ -88,8 +89,10 @@ class TiltReport:
         best = self.grid.rolls[margin.argmax(axis=1)]
         poses = rolled(frames, Angle(np.cos(best), np.sin(best)))
         states = in_batches(lambda part: joint_states(self.machine, part, self.signs), poses)
-        scene, ball = scene_of(self.machine, with_workpiece=self.is_solid), ball_of(self.grid.centre, self.grid.radius)
-        names, gaps = nearest_bodies(self.machine, scene, poses, self.signs, ball)
+        names, gaps = [("", "")] * len(best), np.full(len(best), np.inf)
+        if self.with_bodies:
+            scene, ball = scene_of(self.machine, with_workpiece=self.is_solid), ball_of(self.grid.centre, self.grid.radius)
+            names, gaps = nearest_bodies(self.machine, scene, poses, self.signs, ball)
         found = []
         for k in range(len(best)):
             miss = shortfall(self.machine, states, k)
@@ -283,6 +286,8 @@ def _from_home(looked: Looked, grid: Grid, reached: Array) -> tuple[int, str]:
     nearest = round((alpha + gamma) / (2 * np.pi) * len(grid.rolls)) % len(grid.rolls)
     x, y, z = grid.centre
     end = zyz_frame((x, y, z + grid.radius), 0.0, 0.0, grid.rolls[nearest])
+    if len(actuators(looked.machine)) != 6:
+        return nearest, "singularities are told of machines with six drives"
     if not reached[0, 0, nearest]:
         return nearest, "the pole is not reached with the roll of home"
     way = between(home, end, np.linspace(0.0, 1.0, WAY))

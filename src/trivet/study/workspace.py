@@ -15,9 +15,10 @@ from trivet.errors import InputError, NoResultError, nearest
 from trivet.kinematics.mode import closed_form_signs, mode_text
 from trivet.model import Machine
 from trivet.model.elements import Beam, Curvilinear, Drivable, Offset
+from trivet.reach.margins import travel_margin_on_grid
 from trivet.reach.neutral import Reference, with_neutral
 from trivet.reach.scene import scene_of
-from trivet.reach.tilt import Looked, best_rolls
+from trivet.reach.tilt import Looked, is_clear, turned
 from trivet.reach.workspace import Columns, Orientations, Region, columns, found_region, reached
 from trivet.space.frame import Frame
 from trivet.space.pose import tangent_axes
@@ -37,6 +38,7 @@ KINDS: dict[Kind, str] = {
 }
 
 COUNT, CONE_COUNT, MOST_COLUMNS = 60, 24, 400
+MOST_ORIENTATIONS = 100_000
 ROLL_STEP = math.radians(10.0)
 
 
@@ -107,7 +109,7 @@ class OrientationReport:
 
     @property
     def solid_angle_error(self) -> float:
-        """Estimate of its error, sr, as that of `Columns.error`."""
+        """Estimate of its error, sr: half the greatest difference from what one direction in four tells."""
         parts = [4 * np.pi * np.mean(self.share[i::2, j::2] > 0) for i in (0, 1) for j in (0, 1)]
         return float(max(abs(part - self.solid_angle) for part in parts) / 2)
 
@@ -232,8 +234,11 @@ def orientation_workspace(
 
 def _share(looked: Looked, frames: Frame, rolls: Array) -> Array:
     """(n,) part of the rolls that are reached."""
-    found = [best_rolls(looked, frames, rolls[k : k + 1])[0] >= 0 for k in range(len(rolls))]
-    return np.mean(np.stack(found), axis=0)
+    good = travel_margin_on_grid(looked.machine, frames, rolls, looked.signs) >= 0
+    rows, columns = np.nonzero(good)
+    good[rows, columns] = is_clear(looked, turned(frames, rows, rolls[columns]))
+    found: Array = good.mean(axis=1)
+    return found
 
 
 def _looked(machine: MachineLike, neutral: Reference, mode: str | None, bodies: bool) -> tuple[Looked, Machine, Any]:
@@ -256,6 +261,13 @@ def _orientations(
     if not (step > 0 and 0 <= cone <= math.pi * (1 + 1e-12)):
         raise InputError(
             f"a cone of {math.degrees(cone):g} deg in steps of {math.degrees(step):g} deg; expected 0 to 180 deg, and a step"
+        )
+    if kind == "dexterous" and roll is not None:
+        raise InputError("roll: a dexterous workspace is that of every roll")
+    many = 4 * math.pi / step**2 * (1 if kind != "dexterous" else 2 * math.pi / ROLL_STEP)
+    if many > MOST_ORIENTATIONS:
+        raise InputError(
+            f"a step of {math.degrees(step):g} deg makes some {many:.1g} orientations; at most {MOST_ORIENTATIONS:,}"
         )
     rolls = np.arange(0.0, 2 * math.pi - 1e-9, ROLL_STEP) if roll is None else np.array([roll])
     return Orientations.cone(math.pi, step, rolls).one_by_one() if kind == "dexterous" else Orientations.cone(cone, step, rolls)

@@ -41,7 +41,7 @@ def _notes(study: TiltStudy) -> str:
     lines = []
     for report in study.reports:
         if report.apart:
-            lines.append(f"{report.machine.name}: not connected to home, {report.apart}")
+            lines.append(f"{report.machine.name}: no straight way from home to the pole was found, {report.apart}")
     for report in study.reports:
         balls = [
             e.name
