@@ -27,7 +27,7 @@ from trivet.kinematics.singularity import nudged
 from trivet.kinematics.standing import home_pose
 from trivet.model import dimensions, document_of, parse
 from trivet.model.mass import RigidMass, platform_mass, together
-from trivet.space.elimination import eliminated, inverse, solve
+from trivet.space.elimination import determinant, eliminated, inverse, solve, solved
 from trivet.space.frame import Angle, Frame
 from trivet.space.screw import Twist
 from trivet.space.tensor import Tensor
@@ -338,3 +338,17 @@ def test_turns_of_frames_are_those_of_tensors() -> None:
     turned_over = body.out_of(frame)
     np.testing.assert_allclose(np.array(turned_over.moment, dtype=float).ravel(), [0, 0.2, 0], atol=1e-15)
     np.testing.assert_allclose(turned_over.inertia.xx, [2.0 + 2.0 * 0.1**2], rtol=1e-14)
+
+
+def test_small_systems_and_determinants_against_numpy() -> None:
+    """Rows in any order, and singular ones: a determinant of zero is zero, and nothing solves such a system."""
+    rng = np.random.default_rng(3)
+    matrices = rng.normal(size=(50, 6, 6)) * np.exp(rng.normal(size=(50, 6, 1)))
+    right = rng.normal(size=(50, 6, 4))
+    np.testing.assert_allclose(jax.vmap(determinant)(matrices), np.linalg.det(matrices), rtol=1e-12)
+    np.testing.assert_allclose(jax.vmap(solved)(matrices, right), np.linalg.solve(matrices, right), rtol=1e-9, atol=1e-12)
+    order = np.eye(6)[[2, 0, 1, 5, 3, 4]]
+    assert float(determinant(order)) == np.linalg.det(order)
+    for singular in (np.zeros((6, 6)), np.diag([1.0, 2.0, 0.0, 1.0, 1.0, 1.0])):
+        assert float(determinant(singular)) == 0
+        assert np.all(np.isnan(solved(singular, np.ones((6, 2)))))

@@ -95,7 +95,7 @@ class _Way(NamedTuple):
 
 
 def _travelled(machine: Machine, way: Frame, signs: Any) -> _Way:
-    *joints, determinant = (np.asarray(a) for a in _look(jax.tree.map(jnp.asarray, machine), way, jnp.asarray(signs)))
+    *joints, determinants = (np.asarray(a) for a in _look(jax.tree.map(jnp.asarray, machine), way, jnp.asarray(signs)))
     state = JointState(*joints)
     inside = np.all(state.reach >= 0, axis=1) & np.all(travel_excess(state) <= 0, axis=1)
     turning = np.array([e.is_angular for e in joint_elements(machine)])
@@ -103,4 +103,4 @@ def _travelled(machine: Machine, way: Frame, signs: Any) -> _Way:
     turns = np.minimum(steps, np.abs(steps - 2 * math.pi))
     # A slide that jumps does so by far more than the platform moves.
     size = max(float(np.abs(np.stack(way.origin)).max()), float(machine.characteristic_length))
-    return _Way(inside, np.sign(determinant), np.where(turning, turns, steps / size).max(axis=1))
+    return _Way(inside, np.sign(determinants), np.where(turning, turns, steps / size).max(axis=1))

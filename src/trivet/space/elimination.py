@@ -138,11 +138,12 @@ def product(first: Array, second: Array) -> Array:
 
 
 def solved(matrix: Array, right: Array) -> Array:
-    """X of A X = B for small arrays (n, n) and (n, m), infinite or NaN where A is singular.
+    """X of A X = B for small arrays (n, n) and (n, m); NaN where A is exactly singular.
 
     Own elimination: LAPACK below `vmap`, called for thousands of matrices or from two threads, can stop XLA on CPUs for ever.
     """
-    return _reduced(matrix, right)[0]
+    found, size = _reduced(matrix, right)
+    return jnp.where(size == 0, jnp.nan, found)
 
 
 def determinant(matrix: Array) -> Array:
@@ -151,7 +152,7 @@ def determinant(matrix: Array) -> Array:
 
 
 def _reduced(matrix: Array, right: Array) -> tuple[Array, Array]:
-    """A^-1 B and det A, by Gauss and Jordan with the greatest pivot of each column."""
+    """A^-1 B, of no meaning where A is singular, and det A; by Gauss and Jordan with the greatest pivot of each column."""
     size = len(matrix)
     rows, product = jnp.concatenate([matrix, right], axis=1), jnp.ones(())
     for k in range(size):
@@ -159,6 +160,6 @@ def _reduced(matrix: Array, right: Array) -> tuple[Array, Array]:
         here, there = rows[k], rows[pivot]
         rows = rows.at[pivot].set(here)
         product = product * jnp.where(pivot == k, 1.0, -1.0) * there[k]
-        head = there / there[k]
+        head = there / jnp.where(there[k] == 0, 1.0, there[k])  # a determinant of zero stays zero, and no NaN
         rows = (rows - rows[:, k, None] * head).at[k].set(head)
     return rows[:, size:], product
