@@ -20,7 +20,7 @@ from trivet.model.elements import Beam, Prismatic
 from trivet.reach.margins import clearance, nearest_bodies, side, travel_margin, travel_margin_on_grid
 from trivet.reach.neutral import REFERENCES, with_neutral
 from trivet.reach.scene import Ball, scene_of
-from trivet.reach.tilt import Grid, Looked, best_rolls, connected, inside
+from trivet.reach.tilt import Grid, Looked, best_rolls, connected, hanging_together, inside
 from trivet.reach.workspace import Orientations, Region, columns, reached
 from trivet.space.pose import zyz_frame
 from trivet.space.vector import Vec
@@ -250,6 +250,37 @@ def test_refined_tilt_is_where_plain_numpy_has_it() -> None:
         assert np.any(plain_azulay(turned)[0]) == there
 
 
+def walked(sides: np.ndarray, start: int) -> np.ndarray:
+    """A breadth-first walk from pose to pose."""
+    a, b, c = sides.shape
+    seen, todo = {(0, 0, start)}, deque([(0, 0, start)])
+    while todo:
+        i, j, k = todo.popleft()
+        steps = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
+        near = [((i + p) % a, j + q, (k + r) % c) for p, q, r in steps]
+        if j == 0:  # the same pose under another azimuth
+            near += [(other, 0, (k + (i - other) * c // a) % c) for other in range(a)]
+        for one in near:
+            if 0 <= one[1] < b and one not in seen and sides[one] == sides[0, 0, start]:
+                seen.add(one)
+                todo.append(one)
+    found = np.zeros(sides.shape, dtype=bool)
+    found[tuple(np.array(sorted(seen)).T)] = True
+    return found
+
+
+def test_what_hangs_together_of_random_grids() -> None:
+    """Sparse, so that seams and the pole alone connect many of the pieces."""
+    rng = np.random.default_rng(12)
+    for _ in range(200):
+        sides = rng.choice([-1.0, 0.0, 1.0], (4, 5, 12), p=[0.15, 0.4, 0.45])
+        sides[0, 0, 3] = 1.0
+        sides[:, 0] = [np.roll(sides[0, 0], -3 * i) for i in range(4)]  # at the pole they are the same poses
+        np.testing.assert_array_equal(hanging_together(sides, 3), walked(sides, 3))
+    sides[0, 0, 3] = 0.0
+    assert not np.any(hanging_together(sides, 3))
+
+
 def test_connected_as_a_walk_from_pose_to_pose() -> None:
     """The same poses by a breadth-first walk over plain NumPy's limits and signs."""
     machine = with_neutral(load("azulay"), "radial")
@@ -261,20 +292,7 @@ def test_connected_as_a_walk_from_pose_to_pose() -> None:
     frames = grid.frames(azimuth.ravel(), tilt.ravel())
     poses = zyz_frame(np.stack(list(frames.origin), axis=-1), azimuth.ravel(), tilt.ravel(), roll.ravel())
     good, _, s = (v.reshape(*(a, b, c), *v.shape[1:]) for v in plain_azulay(poses))
-    seen, todo = {(0, 0, 0)}, deque([(0, 0, 0)])
-    assert good[0, 0, 0]
-    while todo:
-        i, j, k = todo.popleft()
-        steps = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
-        near = [((i + p) % a, j + q, (k + r) % c) for p, q, r in steps]
-        if j == 0:  # the same pose under another azimuth
-            near += [(other, 0, (k + (i - other) * c // a) % c) for other in range(a)]
-        for one in near:
-            if 0 <= one[1] < b and one not in seen and good[one] and s[one] == s[0, 0, 0]:
-                seen.add(one)
-                todo.append(one)
-    expected = np.zeros_like(found)
-    expected[tuple(np.array(sorted(seen)).T)] = True
+    expected = walked(np.where(good, s, 0), 0)
     np.testing.assert_array_equal(found, expected)
     assert 0 < expected.sum() < good.sum()
 

@@ -157,11 +157,21 @@ def refined(looked: Looked, grid: Grid, last: Array) -> Array:
 
 def connected(looked: Looked, grid: Grid, reached: Reached, start: int) -> Array:
     """(a, b, c) which poses of a grid hang together with the pose at the pole with azimuth 0 and a given roll (an index)."""
+    return hanging_together(_sides(looked, grid, reached.inside), start)
+
+
+def hanging_together(sides: Array, start: int) -> Array:
+    """(a, b, c) what hangs together with azimuth 0, tilt 0 and a roll (an index).
+
+    Args:
+        sides: (a, b, c) the side of every singularity on which a pose is, 1 or -1; others are not reached.  Azimuth and roll go
+            all round, and c is a multiple of a.
+        start: the roll.
+    """
     from scipy.ndimage import label
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
-    sides = _sides(looked, grid, reached.inside)
     labels, count = np.zeros(sides.shape, dtype=np.int64), 0
     for sign in (-1, 1):
         own, many = label(sides == sign)
@@ -171,11 +181,10 @@ def connected(looked: Looked, grid: Grid, reached: Reached, start: int) -> Array
         return np.zeros(sides.shape, dtype=bool)
     seams = [(labels[-1], labels[0], sides[-1] == sides[0]), (labels[..., -1], labels[..., 0], sides[..., -1] == sides[..., 0])]
     # At the pole a pose depends on azimuth and roll together.
-    shift = len(grid.rolls) // len(grid.azimuths)
-    pole, own_sides = labels[:, 0], sides[:, 0]
-    turned = np.stack([np.roll(pole[i], i * shift) for i in range(len(pole))])
-    turned_sides = np.stack([np.roll(own_sides[i], i * shift) for i in range(len(pole))])
-    seams.append((turned[1:], np.broadcast_to(turned[0], turned[1:].shape), turned_sides[1:] == turned_sides[0]))
+    shift = sides.shape[2] // sides.shape[0]
+    turned_labels, turned_sides = (np.stack([np.roll(of[i, 0], i * shift) for i in range(len(of))]) for of in (labels, sides))
+    pole = np.broadcast_to(turned_labels[0], turned_labels[1:].shape)
+    seams.append((turned_labels[1:], pole, turned_sides[1:] == turned_sides[0]))
     first = np.concatenate([a[(a > 0) & (b > 0) & same] for a, b, same in seams])
     second = np.concatenate([b[(a > 0) & (b > 0) & same] for a, b, same in seams])
     graph = coo_matrix((np.ones(len(first)), (first, second)), shape=(count + 1, count + 1))
