@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trivet.model import Machine
-from trivet.reach.margins import clearance, side, travel_margin_on_grid
+from trivet.reach.margins import clearance, side, travel_margin, travel_margin_on_grid
 from trivet.reach.scene import Ball, Scene
 from trivet.space.frame import Angle, Frame
 from trivet.space.pose import rolled, tangent_axes
@@ -23,6 +23,8 @@ Array = NDArray[Any]
 
 HALVINGS = 14
 """Of the last step of tilt, where the edge is refined."""
+ZOOMS = 6
+"""Of the roll about the best of a grid, four-fold each: from two degrees to below a thousandth."""
 
 
 class Grid(NamedTuple):
@@ -144,15 +146,47 @@ def unbroken(reached: Array) -> Array:
 
 
 def refined(looked: Looked, grid: Grid, last: Array) -> Array:
-    """(a,) tilt (rad) up to which all is reached, between the last grid tilt that is and the next, by halving."""
+    """(a,) tilt (rad) up to which all is reached, with rolls and tilts between those of the grid, by halving.
+
+    Args:
+        looked, grid: as for `inside`.
+        last: (a,) the last tilt of the grid up to which all are reached, see `unbroken`.
+    """
+    top = len(grid.tilts) - 1
+    last, rising = last.copy(), (last >= 0) & (last < top)
+    while rising.any():  # a window of rolls can be narrower than the grid's step and go on nevertheless
+        rows = np.flatnonzero(rising)
+        rising[rows] = _some_roll(looked, grid, grid.azimuths[rows], grid.tilts[last[rows] + 1])
+        last += rising
+        rising &= last < top
     low = np.where(last >= 0, grid.tilts[last], np.nan)
-    open_ended = last == len(grid.tilts) - 1
-    high = np.where(open_ended | (last < 0), low, grid.tilts[np.minimum(last + 1, len(grid.tilts) - 1)])
-    for _ in range(HALVINGS):
-        middle = np.where(np.isfinite(low), (low + high) / 2, 0.0)
-        roll, _ = best_rolls(looked, grid.frames(grid.azimuths, middle), grid.rolls)
-        low, high = np.where(roll >= 0, np.where(np.isfinite(low), middle, low), low), np.where(roll >= 0, high, middle)
+    high = np.where((last == top) | (last < 0), low, grid.tilts[np.minimum(last + 1, top)])
+    rows = np.flatnonzero(low < high)
+    for _ in range(HALVINGS if len(rows) else 0):
+        middle = (low[rows] + high[rows]) / 2
+        good = _some_roll(looked, grid, grid.azimuths[rows], middle)
+        low[rows], high[rows] = np.where(good, middle, low[rows]), np.where(good, high[rows], middle)
     return low
+
+
+def _some_roll(looked: Looked, grid: Grid, azimuth: Array, tilt: Array) -> Array:
+    """Whether some roll reaches poses (n,) of a sphere: one of the grid, or one beside the best of them."""
+    frames = grid.frames(azimuth, tilt)
+    roll, _ = best_rolls(looked, frames, grid.rolls)
+    found: Array = roll >= 0
+    rows = np.flatnonzero(~found)
+    if not len(rows):
+        return found
+    margin = travel_margin_on_grid(looked.machine, frames, grid.rolls, looked.signs)[rows]
+    best, value, step = grid.rolls[margin.argmax(axis=1)], margin.max(axis=1), 2 * np.pi / len(grid.rolls)
+    for level in range(1, ZOOMS + 1):
+        tried = best[:, None] + step * 0.25**level * np.arange(-4, 5)
+        margin = travel_margin(looked.machine, turned(frames, np.repeat(rows, 9), tried.ravel()), looked.signs).reshape(-1, 9)
+        best = np.take_along_axis(tried, margin.argmax(axis=1)[:, None], 1)[:, 0]
+        value = margin.max(axis=1)
+    rows, best = rows[value >= 0], best[value >= 0]
+    found[rows] = is_clear(looked, turned(frames, rows, best))
+    return found
 
 
 def connected(looked: Looked, grid: Grid, reached: Reached, start: int) -> Array:
