@@ -231,7 +231,7 @@ def test_shapes_of_the_file_take_the_place_of_beams() -> None:
 # Tilt.
 
 
-@pytest.mark.parametrize(("length", "expected"), [(196, 94.67), (206, 93.75), (216, 93.05), (226, 92.50)])
+@pytest.mark.parametrize(("length", "expected"), [(196, 94.68), (206, 93.755), (216, 93.05), (226, 92.50)])
 def test_tilts_which_an_independent_study_found(length: int, expected: float) -> None:
     """physics.md 8: 94/93/92/91 degrees with the in-plane radial axis, z0 = 100 mm, radius 8 mm.
 
