@@ -25,7 +25,7 @@ from trivet.kinematics.standing import postures
 from trivet.kinematics.walk import Posture, walk
 from trivet.model import Leg, Machine
 from trivet.model.elements import Drivable, Element, Spherical
-from trivet.space.elimination import determinant, solved
+from trivet.space.elimination import determinant, expanded, solved
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar, is_known, mul
 from trivet.space.screw import Twist, Wrench
@@ -102,8 +102,7 @@ def chain_rows(leg: Leg, posture: Posture, scale: Scalar) -> ChainRows:
     units = _orthonormal(transmitted(passive), 0 if has_ball else 1 / (scale * scale))
     if units:
         # The passive freedoms, in their order, and the wrenches span everything; the sense in which they do must not flip.
-        spanning = [[*w.force, *w.moment] for w in units] + [[*t.linear, *t.angular] for t in passive]
-        spanned = determinant(matrix(spanning, 6))
+        spanned = expanded([[*w.force, *w.moment] for w in units] + [[*t.linear, *t.angular] for t in passive])
         units[-1] = _scaled(units[-1], jnp.where(spanned < 0, -1.0, 1.0))
     driven = [(e, e.freedoms(f, c, posture.end)[0]) for e, f, c in steps if is_driven(e)]
     return ChainRows(units, driven, steps)
@@ -181,14 +180,19 @@ def square_rows(machine: Machine, pose: Frame, signs: Scalar) -> ConstraintRows:
     Raises:
         InputError: for any other machine.
     """
-    rows = constraint_rows(machine, pose, signs)
-    n, count = rows.j_q.shape
-    if (n, count) != (6, 6):
+    require_six_each(machine)
+    return constraint_rows(machine, pose, signs)
+
+
+def require_six_each(machine: Machine) -> None:
+    """Raise InputError unless six actuators hold the platform's six freedoms."""
+    held = sum(6 - sum(len(e.unknowns) for e in leg.chain.elements if not is_driven(e)) for leg in machine.legs)
+    count = len(actuators(machine))
+    if (held, count) != (6, 6):
         raise InputError(
-            f"{machine.name}: {count} actuators and {n} constraints; singularities are told of six of each, "
+            f"{machine.name}: {count} actuators and {held} constraints; singularities are told of six of each, "
             "lock or release drives until there are"
         )
-    return rows
 
 
 def zyz_rates(azimuth: Scalar, tilt: Scalar) -> Scalar:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -12,16 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trivet.kinematics.alike import alike
-from trivet.kinematics.jacobian import square_rows
+from trivet.kinematics.jacobian import arm_of, chain_rows, require_six_each
 from trivet.kinematics.travel import margin
 from trivet.model import Machine
 from trivet.reach import meshes
 from trivet.reach.scene import FAR, Ball, Scene, distances, placed
 from trivet.space.batches import in_batches, in_threads
-from trivet.space.elimination import determinant
+from trivet.space.elimination import expanded
 from trivet.space.frame import Angle, Frame
 from trivet.space.pose import rolled
 from trivet.space.scalar import Scalar
+from trivet.space.singular import least_singular_values
 
 Array = NDArray[Any]
 
@@ -107,12 +108,29 @@ def nearest_bodies(
 
 def side(machine: Machine, poses: Frame, signs: Any) -> Array:
     """The sign of det J_x (n,): poses on either side of a Type 2 singularity differ in it; NaN where a chain does not close."""
-    return np.sign(_over(partial(_determinants, machine), poses, signs))
-
-
-def _over(kernel: Callable[[Frame, Any], Any], poses: Frame, signs: Any) -> Array:
-    found: Array = in_batches(lambda part: kernel(part, np.asarray(signs)), poses)
+    require_six_each(machine)
+    found: Array = np.sign(_over(partial(_determinants, machine.legs_unnamed, machine.characteristic_length), poses, signs))
     return found
+
+
+class Control(NamedTuple):
+    """How well the drives control the platform at poses (n,); NaN where a chain does not close."""
+
+    sigma_min: Array
+    """Smallest singular value of J_x, its moments divided by the characteristic length."""
+    side: Array
+    """Sign of det J_x."""
+
+
+def control(machine: Machine, poses: Frame, signs: Any) -> Control:
+    """How far poses (n,) are from Type 2 singularities, and on which side of them."""
+    require_six_each(machine)
+    least, found = _over(partial(_controls, machine.legs_unnamed, machine.characteristic_length), poses, signs)
+    return Control(least, np.sign(found))
+
+
+def _over(kernel: Callable[[Frame, Any], Any], poses: Frame, signs: Any) -> Any:
+    return in_batches(lambda part: kernel(part, np.asarray(signs)), poses)
 
 
 @jax.jit
@@ -163,5 +181,25 @@ def _all_distances(scene: Scene, machine: Machine, workpiece: Ball | None, poses
 
 
 @jax.jit
-def _determinants(machine: Machine, poses: Frame, signs: Scalar) -> Scalar:
-    return jax.vmap(lambda pose: determinant(square_rows(machine, pose, signs).j_x))(poses)
+def _controls(legs: Any, length: Scalar, poses: Frame, signs: Scalar) -> tuple[Scalar, Scalar]:
+    rows = forces(legs, length, poses, signs)
+    ours = [jnp.stack([*row[:3], *(moment / length for moment in row[3:])]) for row in rows]
+    return least_singular_values(jnp.stack(ours)), expanded(rows)
+
+
+@jax.jit
+def _determinants(legs: Any, length: Scalar, poses: Frame, signs: Scalar) -> Scalar:
+    return expanded(forces(legs, length, poses, signs))
+
+
+def forces(legs: Any, length: Scalar, poses: Frame, signs: Scalar) -> list[list[Scalar]]:
+    """The rows of J_x at poses (n,), chain by chain, as in `jacobian.constraint_rows`; six components (n,) each."""
+    found: dict[tuple[int, int], list[Scalar]] = {}
+    for group in alike(legs):
+        posture = group.stand(poses, signs)
+        arm = arm_of(group.leg, poses)
+        for k, wrench in enumerate(chain_rows(group.leg, posture, length).wrenches):
+            moved = wrench.carried(posture.heading, arm)
+            own = jnp.broadcast_arrays(*(jnp.asarray(c, dtype=float) for c in (*moved.force, *moved.moment)), arm.x)[:6]
+            found |= {(place, k): [c[row] for c in own] for row, place in enumerate(group.places)}
+    return [found[key] for key in sorted(found)]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import jax
 import jax.numpy as jnp
 
-from trivet.space.scalar import Scalar, is_known, is_zero, mul, sub
+from trivet.space.scalar import Scalar, add, is_known, is_zero, mul, sub
 
 _LEAST_PIVOT = 1e-3
 """A known number below this is a rounding error of an oblique axis, or nearly one."""
@@ -45,6 +45,21 @@ def solve(matrix: Sequence[Sequence[Scalar]], right: Sequence[Sequence[Scalar]])
 def inverse(matrix: Sequence[Sequence[Scalar]]) -> Rows:
     """The inverse of a square matrix."""
     return solve(matrix, [[int(i == j) for j in range(len(matrix))] for i in range(len(matrix))])
+
+
+def expanded(matrix: Sequence[Sequence[Scalar]]) -> Scalar:
+    """The determinant of a small square matrix of components, by the minors of its first rows (Laplace); no division."""
+    minors: dict[int, Scalar] = {0: 1}  # by the set of their columns
+    for row in matrix:
+        wider: dict[int, Scalar] = {}
+        for columns, minor in minors.items():
+            for k, value in enumerate(row):
+                if not columns >> k & 1:
+                    sense = -1 if (columns >> k).bit_count() % 2 else 1
+                    joined = columns | 1 << k
+                    wider[joined] = add(wider.get(joined, 0), mul(mul(value, sense), minor))
+        minors = {columns: minor for columns, minor in wider.items() if not is_zero(minor)}
+    return minors.get((1 << len(matrix)) - 1, 0)
 
 
 def _next(rows: Rows, todo: list[int], columns: list[int]) -> tuple[int, list[int]]:

@@ -1,0 +1,325 @@
+"""Proofs that limits, clearance and control hold all over sets of poses, not at samples only.
+
+The poses are patches: bilinear pieces of a line or a surface in the coordinates of a `Touch`.  Over a patch the values at its
+middle change by no more than their slopes allow (`space.enclosure`, rounding included); and
+
+- no singular value of J_x changes by more than the norm of the change of J_x does (Weyl's inequality),
+- no signed distance of two bodies by more than the farthest that points of both are displaced, added.
+
+A patch for which that does not suffice is cut in two, until it does or the budget is spent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+from trivet.errors import InputError
+from trivet.kinematics.alike import alike
+from trivet.kinematics.jacobian import require_six_each
+from trivet.kinematics.travel import Gauge, gauges
+from trivet.model import Machine
+from trivet.reach.distance import Box, Capsule
+from trivet.reach.margins import all_distances, forces
+from trivet.reach.scene import FAR, Ball, Scene, placed
+from trivet.space import enclosure
+from trivet.space.batches import in_threads
+from trivet.space.frame import Angle, Frame
+from trivet.space.pose import rolled
+from trivet.space.vector import Vec
+
+Array = NDArray[Any]
+
+PATCHES = 1024
+"""Per call: fixed, so that a machine is traced once."""
+SPARE = 1e-12
+"""By how much the values at a middle, worked out in floating point, may be wrong: parts, and m."""
+
+
+class Touch(NamedTuple):
+    """Coordinates of poses, (n,) each: the platform touches a sphere about a centre, at an azimuth and tilt, with a roll."""
+
+    x: Any
+    y: Any
+    z: Any
+    """Centre of the sphere in {O}, m."""
+    azimuth: Any
+    tilt: Any
+    roll: Any
+    """rad."""
+
+    def frame(self, radius: float) -> Frame:
+        """Platform frames on spheres of a radius (m; 0 makes the centre the place of the platform); traced or of numbers."""
+        (ca, sa), (cb, sb), (cr, sr) = ((jnp.cos(a), jnp.sin(a)) for a in self[3:])
+        normal = Vec(ca * sb, sa * sb, cb)
+        centre = Vec(self.x, self.y, self.z) + normal * radius
+        return rolled(Frame(centre, Vec(ca * cb, sa * cb, -sb), Vec(-sa, ca, 0.0 * ca), normal), Angle(cr, sr))
+
+
+class Patches(NamedTuple):
+    """Bilinear pieces of lines or surfaces: middle + u first + v second + u v twist, -1 <= u, v <= 1.
+
+    Arrays (6, n) over the coordinates of a `Touch`.
+    """
+
+    middle: Array
+    first: Array
+    second: Array
+    twist: Array
+
+    @classmethod
+    def along(cls, knots: Array) -> Patches:
+        """The pieces of a line of straight parts through knots (6, n + 1)."""
+        nothing = np.zeros((6, knots.shape[1] - 1))
+        return cls((knots[:, 1:] + knots[:, :-1]) / 2, (knots[:, 1:] - knots[:, :-1]) / 2, nothing, nothing)
+
+    @classmethod
+    def over(cls, knots: Array) -> Patches:
+        """The pieces of a surface through knots (6, m + 1, n + 1)."""
+        a, b, c, d = knots[:, :-1, :-1], knots[:, 1:, :-1], knots[:, :-1, 1:], knots[:, 1:, 1:]
+        parts = ((a + b + c + d) / 4, (b + d - a - c) / 4, (c + d - a - b) / 4, (a + d - b - c) / 4)
+        return cls(*(part.reshape(6, -1) for part in parts))
+
+    def __len__(self) -> int:
+        return self.middle.shape[1]
+
+    def some(self, index: Any) -> Patches:
+        """Some of them."""
+        return Patches(*(part[:, index] for part in self))
+
+    def halved(self) -> Patches:
+        """Each cut in two, across its longer side."""
+        swap = np.abs(self.second).max(axis=0) > np.abs(self.first).max(axis=0)
+        first, second = np.where(swap, self.second, self.first), np.where(swap, self.first, self.second)
+        halves = [Patches(self.middle + s / 2 * first, first / 2, second + s / 2 * self.twist, self.twist / 2) for s in (-1, 1)]
+        return Patches(*(np.concatenate(parts, axis=1) for parts in zip(*halves, strict=True)))
+
+    @property
+    def size(self) -> Array:
+        """(n,) how far the coordinates are from those of the middle, at most: rad, or m."""
+        return (np.abs(self.first) + np.abs(self.second) + np.abs(self.twist)).max(axis=0)
+
+
+class Demand(NamedTuple):
+    """What is to hold."""
+
+    travel: float = 0.0
+    """Least margin of all joints, as a part of half their travel."""
+    clearance: float | None = 0.0
+    """Least signed distance of bodies, m; None where they need not stay apart."""
+    sigma_min: float = 0.0
+    """Smallest singular value of J_x, moments divided by the characteristic length."""
+
+
+class Bounds(NamedTuple):
+    """Numbers (n,) that travel, clearance and sigma_min do not fall below, over patches or at their middles."""
+
+    travel: Array
+    clearance: Array
+    sigma_min: Array
+
+    def lacking(self, demand: Demand) -> Array:
+        """(n, 3) where they are not known to be as demanded."""
+        least = demand.travel, -FAR if demand.clearance is None else demand.clearance, demand.sigma_min
+        return np.stack([~(own >= bound) for own, bound in zip(self, least, strict=True)], axis=-1)
+
+
+class Proof(NamedTuple):
+    """What became of a proof."""
+
+    demand: Demand
+    is_proven: bool
+    patches: int
+    """How many were looked at."""
+    least: Demand
+    """The least bounds of the patches that are proven."""
+    open: Patches
+    """The patches that are left; none where all is proven."""
+    smallest: int
+    """The smallest of these; -1 for none."""
+    reason: str
+    """What is not known to hold there; empty for none."""
+    is_refuted: bool
+    """Whether it is known not to hold: at the middle of that patch."""
+
+
+class Prover:
+    """Bounds of one machine in one working mode, on spheres of one radius."""
+
+    def __init__(self, machine: Machine, signs: Any, scene: Scene | None, radius: float, workpiece: Ball | None = None) -> None:
+        """Get ready.
+
+        Args:
+            machine: six actuators and six constraints, all chains in closed form.
+            signs: (n_chains, 2) working mode.
+            scene: bodies that must stay apart; None when they need not.
+            radius: of the spheres, m; 0 for poses that touch nothing.
+            workpiece: a sphere to run into, if the scene has one.
+
+        Raises:
+            InputError: for other machines, or bodies with meshes.
+        """
+        require_six_each(machine)
+        if scene is not None and scene.meshed.pairs:
+            raise InputError(f"{machine.name}: bodies with meshes have no proofs; describe them by capsules, boxes and spheres")
+        self.machine, self.signs, self.scene, self.radius, self.workpiece = machine, signs, scene, radius, workpiece
+        self._traced: dict[int, enclosure.Enclosure] = {}
+        self._places: list[tuple[int, ...]] = []
+        self._gauges: list[Gauge] = []
+
+    def prove(
+        self, patches: Patches, demand: Demand, budget: int, progress: Callable[[int, int], None] = lambda looked, left: None
+    ) -> Proof:
+        """Try to prove that demands hold all over patches.
+
+        Args:
+            patches: where.
+            demand: what.
+            budget: patches to look at, at most.
+            progress: called with the numbers of patches that have been looked at and that are left.
+        """
+        looked, left = 0, patches
+        least = np.full(3, np.inf)
+        reasons: Array = np.zeros((0, 4), dtype=bool)
+        refuted: Any = np.zeros(0, dtype=bool)
+        while len(left) and looked + len(left) <= budget:
+            is_smooth, bounds, middles = self.bounds(left)
+            lacking = np.concatenate([~is_smooth[:, None], bounds.lacking(demand)], axis=1)
+            is_open: Any = lacking.any(axis=1)
+            if not is_open.all():
+                least = np.minimum(least, np.stack(bounds)[:, ~is_open].min(axis=1))
+            looked += len(left)
+            wrong = middles.lacking(demand)[is_open]
+            left, reasons, refuted = left.some(is_open), lacking[is_open], wrong.any(axis=1)
+            progress(looked, len(left))
+            if refuted.any():
+                reasons[:, 1:] &= wrong | ~refuted[:, None]
+                break
+            if looked + 2 * len(left) > budget:
+                break
+            left = left.halved()
+        smallest = -1
+        if len(left):
+            smallest = int(np.argmin(np.where(refuted, 0.0, left.size) if len(refuted) == len(left) else left.size))
+        names = ("the chains close and move on smoothly", "the margin of travel", "the clearance", "sigma_min")
+        found = (
+            [name for name, lacks in zip(names, reasons[smallest], strict=True) if lacks]
+            if len(reasons) > smallest >= 0
+            else []
+        )
+        return Proof(
+            demand,
+            not len(left),
+            looked,
+            Demand(*(float(v) for v in least)),
+            left,
+            smallest,
+            ", ".join(found),
+            bool(len(refuted) == len(left) and refuted.any()),
+        )
+
+    def bounds(self, patches: Patches) -> tuple[Array, Bounds, Bounds]:
+        """Over patches (n,): whether chains close and all joints move on without a jump, bounds, and values at the middles."""
+        count = len(patches)
+
+        def parts() -> Any:
+            for start in range(0, count, PATCHES):
+                yield patches.some(np.minimum(np.arange(start, start + PATCHES), count - 1))
+
+        edges = 3 if np.any(patches.second) else 1
+        if edges not in self._traced:
+            self._traced[edges] = enclosure.Enclosure(self._quantities, [np.zeros(PATCHES)] * 6, edges)
+        found = list(in_threads(lambda part: self._bounds(part, self._traced[edges], edges), parts()))
+        return jax.tree.map(lambda *columns: np.concatenate(columns)[:count], *found)
+
+    def _quantities(self, *coordinates: Any) -> Any:
+        machine, pose = self.machine, Touch(*coordinates).frame(self.radius)
+        groups = alike(machine.legs_unnamed)
+        stands = [group.stand(pose, self.signs) for group in groups]
+        limited = [g for group, stand in zip(groups, stands, strict=True) for g in gauges(group.leg, stand, pose)]
+        self._gauges = [g._replace(value=None, low=None, high=None) for g in limited]
+        travels = [(g.value, g.low, g.high) for g in limited]
+        shapes = []
+        if self.scene is not None:
+            found = placed(self.scene, machine, groups, stands, pose, self.workpiece)
+            self._places, shapes = [parts for parts, _ in found.values()], [own for _, own in found.values()]
+        joints = [jax.tree.leaves(stand.coordinates) for stand in stands]
+        rows = forces(machine.legs_unnamed, machine.characteristic_length, pose, self.signs)
+        return [stand.reach for stand in stands], joints, travels, rows, shapes
+
+    def _bounds(self, patches: Patches, enclose: enclosure.Enclosure, edges: int) -> tuple[Array, Bounds, Bounds]:
+        reaches, joints, travels, rows, shapes = enclose(list(patches.middle), [list(edge) for edge in patches[1 : edges + 1]])
+        is_smooth = np.ones(PATCHES, dtype=bool)
+        for reach in reaches:
+            is_smooth &= np.all(reach.middle > reach.radius, axis=0)
+        for joint in jax.tree.leaves(joints, is_leaf=_is_ball):
+            is_smooth &= np.all(np.isfinite(np.atleast_2d(joint.radius + joint.middle)), axis=0)
+        travel, at_travel = np.ones(PATCHES), np.ones(PATCHES)
+        for gauge, (value, low, high) in zip(self._gauges, travels, strict=True):
+            gauge = gauge._replace(low=low.middle, high=high.middle)
+            own = gauge._replace(value=value.middle).margin
+            # No margin is convex in the value: the least is at an end.
+            ends = [np.asarray(gauge._replace(value=value.middle + sign * value.radius).margin) for sign in (-1, 1)]
+            worst = np.min([end.min(axis=0) for end in ends], axis=0) - SPARE
+            travel, at_travel = np.minimum(travel, worst), np.minimum(at_travel, np.asarray(own).min(axis=0))
+        sigma, at_sigma = self._controlled(rows)
+        gap, at_gap = self._apart(patches, shapes)
+        return is_smooth, Bounds(travel, gap, sigma), Bounds(at_travel, at_gap, at_sigma)
+
+    def _controlled(self, rows: list[list[enclosure.Ball]]) -> tuple[Array, Array]:
+        """Bounds of sigma_min, and sigma_min at the middles."""
+        length = float(self.machine.characteristic_length)
+        scale = np.array([1.0, 1.0, 1.0, length, length, length])
+
+        def matrices(part: int) -> Array:
+            whole = np.stack(
+                [np.stack([np.broadcast_to(ball[part], PATCHES) for ball in row], axis=-1) for row in rows], axis=1
+            )
+            return np.asarray(whole / scale)
+
+        middle, radius = matrices(0), matrices(1)
+        is_known: Any = np.isfinite(middle).all(axis=(1, 2))
+        least = np.linalg.svd(np.where(is_known[:, None, None], middle, 0.0), compute_uv=False)[:, -1]
+        least = np.where(is_known, least - SPARE, -np.inf)
+        change = np.minimum(
+            np.sqrt((radius * radius).sum(axis=(1, 2))),
+            np.sqrt(radius.sum(axis=1).max(axis=1) * radius.sum(axis=2).max(axis=1)),
+        )
+        return np.where(np.isnan(change), -np.inf, least - change * (1 + SPARE)), least
+
+    def _apart(self, patches: Patches, shapes: list[Any]) -> tuple[Array, Array]:
+        """Bounds of the clearance, and the clearance at the middles."""
+        if self.scene is None or not self.scene.pairs:
+            return np.full(PATCHES, FAR), np.full(PATCHES, FAR)
+        poses = jax.tree.map(np.asarray, Touch(*patches.middle).frame(self.radius))
+        gaps = all_distances(self.machine, self.scene, poses, self.signs, self.workpiece) - SPARE
+        moved = np.zeros((PATCHES, len(self.scene.parts)))
+        for parts, shape in zip(self._places, shapes, strict=True):
+            moved[:, list(parts)] = np.broadcast_to(_displaced(shape), (len(parts), PATCHES)).T
+        one, two = np.array(self.scene.pairs).T
+        bounds = gaps - (moved[:, one] + moved[:, two]) * (1 + SPARE)
+        return np.where(np.isnan(bounds), -np.inf, bounds).min(axis=1), np.where(np.isnan(gaps), -np.inf, gaps).min(axis=1)
+
+
+def _displaced(shape: Any) -> Array:
+    """How far any point of a shape, made of balls, is displaced at most."""
+    if isinstance(shape, Capsule):
+        return np.maximum(_length(shape.start), _length(shape.end)) + shape.radius.radius
+    assert isinstance(shape, Box)
+    found = _length(shape.frame.origin)
+    for axis, half in zip(shape.frame[1:], shape.half, strict=True):
+        found = found + _length(axis) * (half.middle + half.radius) + half.radius
+    return found
+
+
+def _length(vector: Vec) -> Array:
+    return np.sqrt(sum(c.radius * c.radius for c in vector))
+
+
+def _is_ball(found: Any) -> bool:
+    return isinstance(found, enclosure.Ball)
