@@ -15,6 +15,7 @@ from trivet.show.dynamic_comparison import draw_dynamics, draw_whole
 from trivet.show.histories import draw_motion, draw_simulation
 from trivet.show.maps import draw_map
 from trivet.show.mode_shapes import draw_modes
+from trivet.show.plan import draw_plans
 from trivet.show.response import draw_response
 from trivet.show.singularity import draw_singularities
 from trivet.show.tilt import draw_tilts
@@ -24,6 +25,7 @@ from trivet.study.dynamic_comparison import DynamicComparison
 from trivet.study.frf import FrequencyResponse
 from trivet.study.modes import ModesReport
 from trivet.study.motion import MotionReport
+from trivet.study.plan import Plan, PlanStudy
 from trivet.study.pose import PoseReport
 from trivet.study.response_summary import ShownResponse
 from trivet.study.simulation import Simulation
@@ -151,3 +153,13 @@ def _(result: MotionReport, path: str | os.PathLike[str], *, overwrite: bool = F
 @figure.register
 def _(result: Simulation, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     draw_simulation(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: PlanStudy, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_plans(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: Plan, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_plans(PlanStudy((result,)), path, overwrite=overwrite)

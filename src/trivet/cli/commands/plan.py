@@ -1,0 +1,93 @@
+"""trivet plan."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, cast
+
+import typer
+
+from trivet.cli import options as o
+from trivet.cli import output
+from trivet.cli.groups import DataOutput
+
+NEUTRAL = "as-described|home|normal|radial|elevation"
+
+
+def run(
+    *,
+    machines: Annotated[
+        list[str], typer.Argument(help="Names in the catalogue or .toml files, or either with settings.", metavar="MACHINE...")
+    ],
+    to: Annotated[str, typer.Option("--to", help="The tilt to get to, from zero.")] = "90 deg",
+    azimuth: Annotated[str, typer.Option("--azimuth", help="Its direction.")] = "0 deg",
+    radius: Annotated[
+        str | None, typer.Option("--radius", help="Radius of the sphere that the platform touches; the workpiece's by default.")
+    ] = None,
+    height: Annotated[
+        list[str] | None,
+        typer.Option("--height", help="Height of its centre above {O}; the workpiece's by default. May be repeated."),
+    ] = None,
+    modes: Annotated[
+        list[str] | None,
+        typer.Option("--mode", help="Working mode, as in '++ +- ++', or all; the machine's own by default. May be repeated."),
+    ] = None,
+    start_roll: Annotated[
+        str | None, typer.Option("--roll", help="alpha + gamma at zero tilt; any roll that serves by default.")
+    ] = None,
+    objectives: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--objective",
+            help="What is to be great at the worst place: sigma_min, K_xx, 1/C_zz, …; of several the least over what counts as "
+            "one, as in sigma_min=0.1 with K_xx='5 N/um'. May be repeated.",
+            metavar="NAME[=ONE]",
+        ),
+    ] = None,
+    neutral: Annotated[
+        str, typer.Option("--neutral", help="Neutral axis of the cones on the platform, as in trivet tilt.", metavar=NEUTRAL)
+    ] = "as-described",
+    limits: Annotated[bool, typer.Option("--limits/--no-limits", help="Whether joints must stay inside their travel.")] = True,
+    bodies: Annotated[bool, typer.Option("--bodies/--no-bodies", help="Whether bodies must stay apart.")] = True,
+    solid: Annotated[bool, typer.Option("--solid", help="Whether bodies must stay clear of the sphere as well.")] = False,
+    step: Annotated[str, typer.Option("--step", help="Step of the tilt on the first grid.")] = "1 deg",
+    rolls: Annotated[int, typer.Option("--rolls", help="Rolls of the first grid, evenly all round.")] = 180,
+    proof: Annotated[bool, typer.Option("--proof/--no-proof", help="Whether to prove that the way is free.")] = True,
+    sigma: Annotated[
+        float | None,
+        typer.Option("--sigma", help="sigma_min that is to be proven; four fifths of the least on the way by default."),
+    ] = None,
+    settings: o.Settings = None,
+    out: DataOutput,
+) -> None:
+    """How a machine gets to a tilt: without a singularity, the end of a joint's travel or a collision; proven between poses."""
+    from trivet.cli.views import plan as view
+    from trivet.reach.neutral import Reference
+    from trivet.study.aims import read_aims
+    from trivet.study.machines import choose, parse_settings
+    from trivet.study.plan import plans
+
+    changes = parse_settings(settings or [])
+    chosen = [choose(name, changes) for name in machines]
+    out.check()
+    heights: list[Any] = [o.quantity("--height", text, "length", "m") for text in height] if height else [None]
+    with output.progress(out.as_json, "plans") as advance:
+        study = plans(
+            chosen,
+            heights,
+            cast("list[str | None]", modes or [None]),
+            radius=o.quantity("--radius", radius, "length", "m"),
+            to=o.quantity("--to", to, "angle", "rad", True),
+            azimuth=o.quantity("--azimuth", azimuth, "angle", "rad"),
+            start_roll=o.quantity("--roll", start_roll, "angle", "rad"),
+            neutral=cast("Reference", neutral),
+            aims=read_aims(objectives or ["sigma_min"]),
+            limits=limits,
+            bodies=bodies,
+            solid=solid,
+            step=o.quantity("--step", step, "angle", "rad", True),
+            rolls=rolls,
+            proof=proof,
+            sigma=sigma,
+            progress=advance,
+        )
+    out.give(study, view)

@@ -1,0 +1,196 @@
+"""Ways to a tilt, and the working modes that have one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from trivet.cli.views.layout import table
+from trivet.cli.views.si import finite
+from trivet.kinematics.mode import mode_words
+from trivet.reach.certificate import Demand, Proof, Touch
+from trivet.study.plan import Plan, PlanStudy
+
+ALIKE = 1e-6
+"""Ways whose values differ by less, in parts, are told in one row: modes that only name the chains differently."""
+SHOWN = 40
+"""Rows of a table, at most."""
+
+
+def tables(study: PlanStudy) -> Iterator[Any]:
+    """One way in full, or a row for each."""
+    if len(study.plans) == 1:
+        yield from _one(study.plans[0])
+        return
+    groups = _grouped(study.plans)
+    found = table(
+        f"{len(study.plans)} cases, the best first", "machine", "mode", "alike", "z0 mm", "least value", "sigma_min",
+        "travel %", "clearance mm", "worst at tilt °", "free all along", "stopped", left=2,
+    )  # fmt: skip
+    for group in groups[:SHOWN]:
+        found.add_row(*_row(group[0], len(group)))
+    yield found
+    if len(groups) > SHOWN:
+        yield f"and {len(groups) - SHOWN} more rows; all of them with --json"
+    yield _notes(study.plans[0])
+
+
+def _grouped(plans: tuple[Plan, ...]) -> list[list[Plan]]:
+    groups: list[list[Plan]] = []
+    for plan in plans:
+        same = next((group for group in groups if _is_alike(group[0], plan)), None)
+        if same is None:
+            groups.append([plan])
+        else:
+            same.append(plan)
+    return groups
+
+
+def _is_alike(one: Plan, two: Plan) -> bool:
+    if one.machine.name != two.machine.name or one.grid.path.z[0] != two.grid.path.z[0]:
+        return False
+    if one.is_possible and two.is_possible:
+        return math.isclose(one.bottleneck, two.bottleneck, rel_tol=ALIKE)
+    return one.is_possible == two.is_possible and one.stopped_by == two.stopped_by
+
+
+def _row(plan: Plan, count: int) -> tuple[str, ...]:
+    height = f"{plan.grid.path.z[0] * 1e3:g}"
+    first = (plan.machine.name, plan.mode, str(count), height)
+    if plan.along is None:
+        return (*first, "–", "–", "–", "–", "–", "–", plan.stopped_by)
+    return (
+        *first, _value(plan), f"{plan.sigma_min:.4f}", _travel(plan), _gap(plan.clearance),
+        f"{math.degrees(plan.along.touch.tilt[plan.worst]):.1f}", _verdict(plan), "",
+    )  # fmt: skip
+
+
+def _one(plan: Plan) -> Iterator[Any]:
+    path = plan.grid.path
+    end = math.degrees(path.tilt[-1])
+    yield (
+        f"{plan.machine.name}, {mode_words(plan.mode)}: to {end:g}° at azimuth {math.degrees(path.azimuth[-1]):g}° on the "
+        f"sphere of {plan.rules.radius * 1e3:g} mm about z0 = {path.z[0] * 1e3:g} mm"
+    )
+    if plan.along is None or plan.knots is None:
+        yield f"NO way: {plan.stopped_by}"
+        yield _notes(plan)
+        return
+    found = table("the way, straight between", "tilt °", "roll °", left=0)
+    for tilt, roll in zip(plan.knots.tilt, plan.knots.roll, strict=True):
+        found.add_row(f"{math.degrees(tilt):.3f}", f"{math.degrees(roll):.3f}")
+    yield found
+    worst = plan.along.touch
+    yield "\n".join([
+        f"least value {_value(plan)} at tilt {math.degrees(worst.tilt[plan.worst]):.2f}°, roll "
+        f"{math.degrees(worst.roll[plan.worst]):.2f}°; on the first grid {plan.bottleneck:.6g}",
+        f"along the way sigma_min is at least {plan.sigma_min:.4f}, travel left {_travel(plan)} %, clearance "
+        f"{_gap(plan.clearance)} mm" + ("" if plan.is_steady else "; the way goes back in tilt on the first grid"),
+        _proof(plan.proof),
+    ])  # fmt: skip
+    yield _notes(plan)
+
+
+def _proof(proof: Proof | None) -> str:
+    if proof is None:
+        return "not proven: no proof was asked for"
+    told = _demand(proof.demand)
+    if proof.is_proven:
+        return f"PROVEN between these poses too: {told} ({proof.patches} pieces looked at)"
+    there = Touch(*(float(c[proof.smallest]) for c in proof.open.middle))
+    size = math.degrees(float(proof.open.size[proof.smallest]))
+    where = f"tilt {math.degrees(there.tilt):.4f}°, roll {math.degrees(there.roll):.4f}°, {size:.2g}° wide"
+    verdict = "REFUTED" if proof.is_refuted else "NOT proven"
+    return f"{verdict}: {told}; open is {proof.reason} about {where} ({proof.patches} pieces looked at)"
+
+
+def _demand(demand: Demand) -> str:
+    parts = [f"sigma_min above {demand.sigma_min:.4g}"]
+    if math.isfinite(demand.travel):
+        parts.append("all joints inside their travel")
+    if demand.clearance is not None:
+        parts.append(f"bodies at least {demand.clearance * 1e3:g} mm apart")
+    return ", ".join(parts)
+
+
+def _notes(plan: Plan) -> str:
+    aims = " and ".join(aim.name if aim.unit == 1 else f"{aim.name} over {aim.unit:g}" for aim in plan.rules.aims)
+    limits = [
+        *(["joints inside their travel"] if plan.rules.limits else []),
+        *(["bodies apart"] if plan.rules.scene is not None else []),
+        "one side of every Type 2 singularity",
+    ]
+    return f"value: {aims} at its least along the way, made as great as it can be; kept to: {', '.join(limits)}"
+
+
+def _verdict(plan: Plan) -> str:
+    if plan.proof is None:
+        return "not asked"
+    return "proven" if plan.proof.is_proven else ("refuted" if plan.proof.is_refuted else "not proven")
+
+
+def _value(plan: Plan) -> str:
+    return f"{plan.value:.4g}"
+
+
+def _travel(plan: Plan) -> str:
+    return f"{plan.travel * 100:.1f}" if math.isfinite(plan.travel) else "–"
+
+
+def _gap(gap: float) -> str:
+    return f"{gap * 1e3:.2f}" if math.isfinite(gap) else "–"
+
+
+def as_json(study: PlanStudy) -> dict[str, Any]:
+    """Every plan."""
+    return {"plans": [_plan(plan) for plan in study.plans]}
+
+
+def _plan(plan: Plan) -> dict[str, Any]:
+    path = plan.grid.path
+    return {
+        "machine": plan.machine.name,
+        "mode": plan.mode,
+        "neutral": plan.neutral,
+        "radius_m": plan.rules.radius,
+        "centre_m": [float(c[0]) for c in path[:3]],
+        "azimuth_rad": float(path.azimuth[-1]),
+        "to_rad": float(path.tilt[-1]),
+        "aims": [{"name": aim.name, "one": aim.unit} for aim in plan.rules.aims],
+        "limits": plan.rules.limits,
+        "bodies_apart": plan.rules.scene is not None,
+        "possible": plan.is_possible,
+        "safe": plan.is_safe,
+        "stopped_by": plan.stopped_by or None,
+        "highest_rad": None if plan.highest < 0 else float(path.tilt[plan.highest]),
+        "value": finite(plan.value),
+        "grid_bottleneck": finite(plan.bottleneck),
+        "sigma_min": finite(plan.sigma_min),
+        "travel_margin": finite(plan.travel),
+        "clearance_m": finite(plan.clearance),
+        "knots": None if plan.knots is None else _touch(plan.knots),
+        "proof": None if plan.proof is None else _proof_json(plan.proof),
+    }
+
+
+def _touch(touch: Touch) -> dict[str, Any]:
+    names = ("x_m", "y_m", "z_m", "azimuth_rad", "tilt_rad", "roll_rad")
+    return {name: finite(np.asarray(c)) for name, c in zip(names, touch, strict=True)}
+
+
+def _proof_json(proof: Proof) -> dict[str, Any]:
+    found: dict[str, Any] = {
+        "proven": proof.is_proven,
+        "refuted": proof.is_refuted,
+        "pieces": proof.patches,
+        "sigma_min": proof.demand.sigma_min,
+        "travel_margin": finite(proof.demand.travel),
+        "clearance_m": finite(proof.demand.clearance),
+    }
+    if not proof.is_proven:
+        middle = Touch(*(float(c[proof.smallest]) for c in proof.open.middle))
+        found |= {"open": proof.reason, "open_at": _touch(middle), "open_size_rad": float(proof.open.size[proof.smallest])}
+    return found

@@ -1,0 +1,50 @@
+"""Aims of a plan, as they are written: "sigma_min", "K_xx", "sigma_min=0.1", "K_xx=5 N/um"."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pydantic_core import PydanticCustomError
+
+from trivet.errors import InputError
+from trivet.model.quantity import Quantity
+from trivet.statics.objective import objective
+from trivet.study.roll_grid import Aim
+
+_STIFFNESS = Quantity("stiffness", "N/m", "N/um", positive=True)
+_ROTATIONAL = Quantity("rotational stiffness", "N m/rad", "N m/rad", positive=True)
+
+
+def read_aims(written: Sequence[str]) -> tuple[Aim, ...]:
+    """Read aims.
+
+    Args:
+        written: names, each with what counts as one; that is 1 in SI when it is not given, which serves a single aim only.
+
+    Raises:
+        InputError: for unknown names, and for several aims without what counts as one.
+    """
+    found = []
+    for text in written:
+        name, sign, one = (part.strip() for part in text.partition("="))
+        if not sign and len(written) > 1:
+            raise InputError(
+                f'objective "{text}": several objectives need what counts as one, as in sigma_min=0.1, K_xx="5 N/um"'
+            )
+        scalar = None if name == "sigma_min" else objective(name)
+        found.append(Aim(name, scalar, _unit(text, scalar, one) if sign else 1.0))
+    return tuple(found)
+
+
+def _unit(text: str, scalar: object, one: str) -> float:
+    try:
+        if scalar is None:
+            value = float(one)
+            if not 0 < value < float("inf"):
+                raise ValueError
+            return value
+        return (_ROTATIONAL if getattr(scalar, "is_rotational", False) else _STIFFNESS).parse(one)
+    except ValueError:
+        raise InputError(f'objective "{text}": expected a number above zero') from None
+    except PydanticCustomError as error:
+        raise InputError(f'objective "{text}": {error.message()}') from None

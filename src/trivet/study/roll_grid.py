@@ -1,0 +1,256 @@
+"""A grid of rolls along a path of poses: which of them are allowed, what they are worth, and the best way through."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+from trivet.model import Machine
+from trivet.reach.certificate import Touch
+from trivet.reach.margins import clearance, control, travel_margin
+from trivet.reach.scene import FAR, Ball, Scene
+from trivet.reach.ways import Way, farthest, widest
+from trivet.space.batches import in_batches
+from trivet.space.frame import Frame
+from trivet.statics.compliance import platform_stiffness
+from trivet.statics.objective import Objective
+
+Array = NDArray[Any]
+
+RESERVE_TRAVEL, RESERVE_GAP = 0.005, 5e-5
+"""What a way keeps in hand, of half a joint's travel and of the distance of bodies (m): on the edge nothing can be proven."""
+FINER, LEVELS = 2, 3
+"""How much finer the grid becomes about a way, and how often."""
+ALLOWANCES = (2.0, 1.0, 0.5, 0.25, 0.125)
+"""How far corners may be cut, in steps of the first grid, the boldest first."""
+KEPT = 0.98
+"""Part of its least value which a way keeps when corners are cut."""
+SAMPLES = 2
+"""Places at which the values of a way are told, per step of the grid."""
+
+
+class Aim(NamedTuple):
+    """A value that is to be great at the worst place of a way."""
+
+    name: str
+    """"sigma_min", or an objective of the stiffness."""
+    scalar: Objective | None
+    """None for sigma_min."""
+    unit: float
+    """What counts as one, SI; of several aims the worst value over its unit decides."""
+
+
+class Rules(NamedTuple):
+    """What a way has to keep to."""
+
+    machine: Machine
+    signs: Any
+    """(n_chains, 2) working mode."""
+    scene: Scene | None
+    """Bodies that must stay apart; None when they need not."""
+    workpiece: Ball | None
+    radius: float
+    """Of the spheres that the poses touch, m."""
+    limits: bool
+    """Whether joints must stay inside their travel."""
+    aims: tuple[Aim, ...]
+
+    @property
+    def gap(self) -> float:
+        """The least distance of bodies, m."""
+        return float(self.machine.apart.clearance)
+
+
+class RollGrid(NamedTuple):
+    """A path and rolls."""
+
+    path: Touch
+    """(rows,) its poses, with the rolls from which those of the grid count."""
+    step: float
+    """Of the roll, rad."""
+    columns: int
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return len(self.path.roll), self.columns
+
+    def at(self, rows: Array, columns: Array) -> Touch:
+        """Poses (k,) at places along rows and columns, between those of the grid as well."""
+        there = Touch(*(np.interp(rows, np.arange(len(c)), c) for c in self.path))
+        return there._replace(roll=there.roll + columns * self.step)
+
+    @property
+    def is_straight(self) -> bool:
+        """Whether the path has no corners, in its coordinates."""
+        return all(np.abs(np.diff(c, 2)).max(initial=0.0) < 1e-12 for c in self.path)
+
+
+class Field(NamedTuple):
+    """Values over a grid, (rows, columns)."""
+
+    value: Array
+    """What is to be great; minus infinity where the pose is not allowed."""
+    side: Array
+    """Sign of det J_x where the pose is allowed, else 0."""
+
+
+class Along(NamedTuple):
+    """What is met along a way, at samples (n,)."""
+
+    touch: Touch
+    value: Array
+    """Minus infinity where the pose is not allowed."""
+    travel: Array
+    clearance: Array
+    """m; infinite where bodies are not looked at."""
+    sigma_min: Array
+
+
+def frames_of(touch: Touch, radius: float) -> Frame:
+    """Platform frames, as NumPy arrays (n,)."""
+    count = np.shape(touch.roll)
+    return jax.tree.map(lambda c: np.broadcast_to(np.asarray(c), count), touch.frame(radius))
+
+
+def some(poses: Frame, which: Any) -> Frame:
+    """Some of the poses (n,)."""
+    return jax.tree.map(lambda c: c[which], poses)
+
+
+def field_of(rules: Rules, grid: RollGrid, mask: Array | None = None) -> Field:
+    """Values over a grid; only where a mask (rows, columns) is set, when there is one."""
+    rows, columns = np.nonzero(np.ones(grid.shape, dtype=bool) if mask is None else mask)
+    value, side = np.full(grid.shape, -np.inf), np.zeros(grid.shape)
+    poses = frames_of(grid.at(rows, columns), rules.radius)
+    if rules.limits:
+        good = travel_margin(rules.machine, poses, rules.signs) > RESERVE_TRAVEL
+        rows, columns, poses = rows[good], columns[good], some(poses, good)
+    if rules.scene is not None and len(rows):
+        good = clearance(rules.machine, rules.scene, poses, rules.signs, rules.workpiece) > rules.gap + RESERVE_GAP
+        rows, columns, poses = rows[good], columns[good], some(poses, good)
+    if len(rows):
+        found = control(rules.machine, poses, rules.signs)
+        value[rows, columns] = np.where(found.side == 0, -np.inf, _worth(rules, poses, found.sigma_min))
+        side[rows, columns] = np.where(np.isfinite(value[rows, columns]), found.side, 0.0)
+    return Field(value, side)
+
+
+def _worth(rules: Rules, poses: Frame, sigma: Array) -> Array:
+    """The least of all aims, each over its unit; minus infinity where one of them is not known."""
+    least = np.full(len(sigma), np.inf)
+    for aim in rules.aims:
+        own = sigma
+        if aim.scalar is not None:
+            mechanism = jax.tree.map(jnp.asarray, rules.machine.mechanism)
+            own = in_batches(partial(_stiffness, mechanism, signs=rules.signs, scalar=aim.scalar), poses)
+        least = np.minimum(least, np.where(np.isfinite(own), own, -np.inf) / aim.unit)
+    return least
+
+
+@partial(jax.jit, static_argnames="scalar")
+def _stiffness(mechanism: Any, poses: Frame, *, signs: Any, scalar: Objective) -> Any:
+    return jax.vmap(lambda pose: scalar(platform_stiffness(mechanism, pose, signs)[0]))(poses)
+
+
+def best_way(field: Field, start: Array, *, all_round: bool) -> tuple[Way | None, int, float]:
+    """The widest way on one side of all Type 2 singularities, from a start in the first row to the last row.
+
+    Returns:
+        The way; the last row to which any way leads, -1 for none; and the side.
+    """
+    end = np.zeros(field.value.shape, dtype=bool)
+    end[-1] = True
+    best: tuple[Way | None, int, float] = (None, -1, 1.0)
+    for side in (-1.0, 1.0):
+        values = np.where(field.side == side, field.value, -np.inf)
+        way = widest(values, start, end, all_round=all_round)
+        row = farthest(np.isfinite(values), start, all_round=all_round)
+        if way is None:
+            best = (None, row, side) if best[0] is None and row > best[1] else best
+        elif best[0] is None or way.value > best[0].value:
+            best = way, row, side
+    return best
+
+
+def refined(rules: Rules, grid: RollGrid, way: Way, side: float, start: Array) -> tuple[Array, Array]:
+    """A way sought again on grids that become finer about it: places (k,) along the rows and columns of the first grid."""
+    from scipy.ndimage import binary_dilation
+
+    rows, columns, scale = way.rows, way.columns, 1
+    allowed = np.flatnonzero(start[0])
+    for _ in range(LEVELS):
+        fine = scale * FINER
+        low = (columns.min() - 2) * FINER
+        mask = np.zeros(((grid.shape[0] - 1) * fine + 1, (columns.max() + 2) * FINER - low + 1), dtype=bool)
+        mask[rows * FINER, columns * FINER - low] = True
+        mask = binary_dilation(mask, np.ones((4 * FINER + 1, 4 * FINER + 1)))
+        places = grid.at(np.arange(mask.shape[0]) / fine, np.full(mask.shape[0], low / fine))
+        field = field_of(rules, RollGrid(places, grid.step / fine, mask.shape[1]), mask)
+        first, last = np.zeros(mask.shape, dtype=bool), np.zeros(mask.shape, dtype=bool)
+        own = (low + np.arange(mask.shape[1])) / fine
+        first[0], last[-1] = (len(allowed) == grid.columns) | np.isin(own % grid.columns, allowed), True
+        found = widest(np.where(field.side == side, field.value, -np.inf), first, last, all_round=False)
+        if found is None:  # closed between the nodes of the coarser grid
+            break
+        rows, columns, scale = found.rows, found.columns + low, fine
+    return rows / scale, columns / scale
+
+
+def simplified(rules: Rules, grid: RollGrid, rows: Array, columns: Array) -> Touch:
+    """Knots of a way, with as many of its corners cut as its least value allows."""
+    least = along(rules, grid.at(rows, columns), grid.step).value.min()
+    for allowance in ALLOWANCES:
+        keep = straightened(rows, columns, allowance)
+        if not grid.is_straight:
+            keep = np.union1d(keep, np.searchsorted(rows, np.arange(grid.shape[0])))
+        knots = grid.at(rows[keep], columns[keep])
+        if along(rules, knots, grid.step).value.min() >= KEPT * least:
+            return knots
+    return grid.at(rows, columns)
+
+
+def straightened(rows: Array, columns: Array, allowance: float) -> Array:
+    """Which nodes of a line to keep so that none is farther off than an allowance (Ramer 1972, Douglas and Peucker 1973)."""
+    line = np.stack([rows, columns], axis=-1)
+    keep, todo = {0, len(line) - 1}, [(0, len(line) - 1)]
+    while todo:
+        low, high = todo.pop()
+        if high - low < 2:
+            continue
+        ahead, inner = line[high] - line[low], line[low + 1 : high] - line[low]
+        part = np.clip(inner @ ahead / max(float(ahead @ ahead), 1e-300), 0.0, 1.0)
+        off = np.linalg.norm(inner - part[:, None] * ahead, axis=1)
+        if off.max() > allowance:
+            middle = low + 1 + int(off.argmax())
+            keep.add(middle)
+            todo += [(low, middle), (middle, high)]
+    return np.array(sorted(keep))
+
+
+def along(rules: Rules, knots: Touch, step: float) -> Along:
+    """What is met along a line of straight pieces through knots (k,), looked at in steps of half of `step` (rad, or m)."""
+    steps = np.abs(np.diff(np.stack(knots), axis=1)).max(axis=0) / step
+    counts = np.maximum(np.ceil(SAMPLES * steps), SAMPLES).astype(int)
+    parts = np.append(np.concatenate([k + np.arange(count) / count for k, count in enumerate(counts)]), len(counts))
+    samples = Touch(*(np.interp(parts, np.arange(len(c)), c) for c in knots))
+    poses = frames_of(samples, rules.radius)
+    travel, gap = travel_margin(rules.machine, poses, rules.signs), np.full(len(parts), FAR)
+    if rules.scene is not None:
+        gap = clearance(rules.machine, rules.scene, poses, rules.signs, rules.workpiece)
+    found = control(rules.machine, poses, rules.signs)
+    is_allowed = (
+        (found.side == found.side[0]) & ((travel >= 0) | (not rules.limits)) & ((gap >= rules.gap) | (rules.scene is None))
+    )
+    return Along(samples, np.where(is_allowed, _worth(rules, poses, found.sigma_min), -np.inf), travel, gap, found.sigma_min)
+
+
+def degrees_of(touch: Touch, k: int) -> str:
+    """Tilt and roll of a pose in words."""
+    return f"tilt {math.degrees(touch.tilt[k]):.4g} deg, roll {math.degrees(touch.roll[k]) % 360:.4g} deg"
