@@ -10,6 +10,7 @@ from trivet.kinematics.forward import Forward
 from trivet.model import Machine
 from trivet.show.assembly import draw_assembly
 from trivet.show.comparison import draw_comparison
+from trivet.show.cone import draw_cone
 from trivet.show.drawing import draw
 from trivet.show.dynamic_comparison import draw_dynamics, draw_whole
 from trivet.show.histories import draw_motion, draw_simulation
@@ -21,6 +22,7 @@ from trivet.show.singularity import draw_singularities
 from trivet.show.tilt import draw_tilts
 from trivet.show.workspace import draw_orientations, draw_workspaces
 from trivet.study.comparison import Comparison
+from trivet.study.cone import ConePlan
 from trivet.study.dynamic_comparison import DynamicComparison
 from trivet.study.frf import FrequencyResponse
 from trivet.study.modes import ModesReport
@@ -163,3 +165,8 @@ def _(result: PlanStudy, path: str | os.PathLike[str], *, overwrite: bool = Fals
 @figure.register
 def _(result: Plan, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     draw_plans(PlanStudy((result,)), path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: ConePlan, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_cone(result, path, overwrite=overwrite)

@@ -181,18 +181,43 @@ def plan(
     Raises:
         InputError: for an impossible grid, or a machine of which this cannot be asked.
     """
-    chosen = with_neutral(choose(machine), neutral, mode)
-    signs = closed_form_signs(chosen, mode)
-    require_six_each(chosen)
-    radius, height = sphere_of(chosen, radius, height)
     _check(to, step, rolls, sigma)
-    scene = scene_of(chosen, with_workpiece=solid) if bodies else None
-    rules = Rules(chosen, signs, scene, ball_of((0.0, 0.0, height), radius), radius, limits, tuple(aims))
+    rules, height = rules_for(machine, radius, height, mode, neutral, aims, limits, bodies, solid)
     tilts = np.linspace(0.0, to, max(2, round(to / step) + 1))
     still = (np.full(len(tilts), value) for value in (0.0, 0.0, height, azimuth, (start_roll or 0.0) - azimuth))
     x, y, z, alpha, gamma = still
     grid = RollGrid(Touch(x, y, z, alpha, tilts, gamma), 2 * math.pi / rolls, rolls)
     return _planned(rules, grid, neutral, start_roll is None, _Wish(proof, sigma), progress)
+
+
+def rules_for(
+    machine: MachineLike,
+    radius: float | None,
+    height: float | None,
+    mode: str | None,
+    neutral: Reference,
+    aims: Sequence[Aim],
+    limits: bool,
+    bodies: bool,
+    solid: bool,
+) -> tuple[Rules, float]:
+    """The rules of a plan on a sphere, and the height of the sphere (m); arguments as for `plan`."""
+    chosen = with_neutral(choose(machine), neutral, mode)
+    signs = closed_form_signs(chosen, mode)
+    require_six_each(chosen)
+    radius, height = sphere_of(chosen, radius, height)
+    scene = scene_of(chosen, with_workpiece=solid) if bodies else None
+    return Rules(chosen, signs, scene, ball_of((0.0, 0.0, height), radius), radius, limits, tuple(aims)), height
+
+
+def prover_of(rules: Rules) -> Prover:
+    """What proves that rules are kept."""
+    return Prover(rules.machine, rules.signs, rules.scene, rules.radius, rules.workpiece)
+
+
+def demand_of(rules: Rules, sigma: float) -> Demand:
+    """What is to be proven: what the rules ask for, and a sigma_min."""
+    return Demand(0.0 if rules.limits else -math.inf, None if rules.scene is None else rules.gap, sigma)
 
 
 def plans(
@@ -264,9 +289,7 @@ def _planned(
 
 def _proof(rules: Rules, grid: RollGrid, knots: Touch, sigma: float | None, progress: Callable[[int, int], None]) -> Proof:
     least = SHARE * float(along(rules, knots, grid.step).sigma_min.min()) if sigma is None else sigma
-    demand = Demand(0.0 if rules.limits else -math.inf, None if rules.scene is None else rules.gap, least)
-    prover = Prover(rules.machine, rules.signs, rules.scene, rules.radius, rules.workpiece)
-    return prover.prove(Patches.along(np.stack(knots)), demand, BUDGET, progress)
+    return prover_of(rules).prove(Patches.along(np.stack(knots)), demand_of(rules, least), BUDGET, progress)
 
 
 def _stop(rules: Rules, grid: RollGrid, start: Array, field: Field, highest: int) -> str:

@@ -240,15 +240,23 @@ def along(rules: Rules, knots: Touch, step: float) -> Along:
     counts = np.maximum(np.ceil(SAMPLES * steps), SAMPLES).astype(int)
     parts = np.append(np.concatenate([k + np.arange(count) / count for k, count in enumerate(counts)]), len(counts))
     samples = Touch(*(np.interp(parts, np.arange(len(c)), c) for c in knots))
+    return met(rules, samples)
+
+
+def met(rules: Rules, samples: Touch) -> Along:
+    """What is met at poses (n,) that hang together."""
     poses = frames_of(samples, rules.radius)
-    travel, gap = travel_margin(rules.machine, poses, rules.signs), np.full(len(parts), FAR)
+    travel, gap = travel_margin(rules.machine, poses, rules.signs), np.full(len(samples.roll), FAR)
     if rules.scene is not None:
         gap = clearance(rules.machine, rules.scene, poses, rules.signs, rules.workpiece)
     found = control(rules.machine, poses, rules.signs)
-    is_allowed = (
-        (found.side == found.side[0]) & ((travel >= 0) | (not rules.limits)) & ((gap >= rules.gap) | (rules.scene is None))
-    )
-    return Along(samples, np.where(is_allowed, _worth(rules, poses, found.sigma_min), -np.inf), travel, gap, found.sigma_min)
+    is_allowed = found.side == found.side[0]
+    if rules.limits:
+        is_allowed &= travel >= 0
+    if rules.scene is not None:
+        is_allowed &= gap >= rules.gap
+    value = np.where(is_allowed, _worth(rules, poses, found.sigma_min), -np.inf)
+    return Along(samples, value, travel, gap, found.sigma_min)
 
 
 def degrees_of(touch: Touch, k: int) -> str:

@@ -20,6 +20,10 @@ def run(
     ],
     to: Annotated[str, typer.Option("--to", help="The tilt to get to, from zero.")] = "90 deg",
     azimuth: Annotated[str, typer.Option("--azimuth", help="Its direction.")] = "0 deg",
+    within: Annotated[
+        str | None,
+        typer.Option("--cone", help="Instead: one roll for every direction up to this tilt, continuous all over the cone."),
+    ] = None,
     radius: Annotated[
         str | None, typer.Option("--radius", help="Radius of the sphere that the platform touches; the workpiece's by default.")
     ] = None,
@@ -60,34 +64,53 @@ def run(
     out: DataOutput,
 ) -> None:
     """How a machine gets to a tilt: without a singularity, the end of a joint's travel or a collision; proven between poses."""
+    from trivet.cli.views import cone as cone_view
     from trivet.cli.views import plan as view
-    from trivet.reach.neutral import Reference
+    from trivet.errors import InputError
     from trivet.study.aims import read_aims
+    from trivet.study.cone import cone
     from trivet.study.machines import choose, parse_settings
     from trivet.study.plan import plans
 
     changes = parse_settings(settings or [])
     chosen = [choose(name, changes) for name in machines]
     out.check()
+    common: dict[str, Any] = {
+        "radius": o.quantity("--radius", radius, "length", "m"),
+        "neutral": neutral,
+        "aims": read_aims(objectives or ["sigma_min"]),
+        "limits": limits,
+        "bodies": bodies,
+        "solid": solid,
+        "proof": proof,
+        "sigma": sigma,
+    }
+    if within is not None:
+        if len(chosen) > 1 or len(height or []) > 1 or len(modes or []) > 1 or start_roll is not None:
+            raise InputError("--cone: takes one machine, height and mode at a time, and no --roll")
+        with output.progress(out.as_json, "") as advance:
+            found = cone(
+                chosen[0],
+                o.quantity("--cone", within, "angle", "rad", True),  # type: ignore[arg-type]
+                height=o.quantity("--height", height[0], "length", "m") if height else None,
+                mode=modes[0] if modes else None,
+                progress=advance,
+                **common,
+            )
+        out.give(found, cone_view)
+        return
     heights: list[Any] = [o.quantity("--height", text, "length", "m") for text in height] if height else [None]
     with output.progress(out.as_json, "plans") as advance:
         study = plans(
             chosen,
             heights,
             cast("list[str | None]", modes or [None]),
-            radius=o.quantity("--radius", radius, "length", "m"),
             to=o.quantity("--to", to, "angle", "rad", True),
             azimuth=o.quantity("--azimuth", azimuth, "angle", "rad"),
             start_roll=o.quantity("--roll", start_roll, "angle", "rad"),
-            neutral=cast("Reference", neutral),
-            aims=read_aims(objectives or ["sigma_min"]),
-            limits=limits,
-            bodies=bodies,
-            solid=solid,
             step=o.quantity("--step", step, "angle", "rad", True),
             rolls=rolls,
-            proof=proof,
-            sigma=sigma,
             progress=advance,
+            **common,
         )
     out.give(study, view)

@@ -13,6 +13,7 @@ from trivet.cli.views.si import finite
 from trivet.kinematics.mode import mode_words
 from trivet.reach.certificate import Demand, Proof, Touch
 from trivet.study.plan import Plan, PlanStudy
+from trivet.study.roll_grid import Rules
 
 ALIKE = 1e-6
 """Ways whose values differ by less, in parts, are told in one row: modes that only name the chains differently."""
@@ -35,7 +36,7 @@ def tables(study: PlanStudy) -> Iterator[Any]:
     yield found
     if len(groups) > SHOWN:
         yield f"and {len(groups) - SHOWN} more rows; all of them with --json"
-    yield _notes(study.plans[0])
+    yield rules_words(study.plans[0].rules)
 
 
 def _grouped(plans: tuple[Plan, ...]) -> list[list[Plan]]:
@@ -77,7 +78,7 @@ def _one(plan: Plan) -> Iterator[Any]:
     )
     if plan.along is None or plan.knots is None:
         yield f"NO way: {plan.stopped_by}"
-        yield _notes(plan)
+        yield rules_words(plan.rules)
         return
     found = table("the way, straight between", "tilt °", "roll °", left=0)
     for tilt, roll in zip(plan.knots.tilt, plan.knots.roll, strict=True):
@@ -89,12 +90,13 @@ def _one(plan: Plan) -> Iterator[Any]:
         f"{math.degrees(worst.roll[plan.worst]):.2f}°; on the first grid {plan.bottleneck:.6g}",
         f"along the way sigma_min is at least {plan.sigma_min:.4f}, travel left {_travel(plan)} %, clearance "
         f"{_gap(plan.clearance)} mm" + ("" if plan.is_steady else "; the way goes back in tilt on the first grid"),
-        _proof(plan.proof),
+        proof_words(plan.proof),
     ])  # fmt: skip
-    yield _notes(plan)
+    yield rules_words(plan.rules)
 
 
-def _proof(proof: Proof | None) -> str:
+def proof_words(proof: Proof | None) -> str:
+    """What is proven, or what is open."""
     if proof is None:
         return "not proven: no proof was asked for"
     told = _demand(proof.demand)
@@ -116,14 +118,15 @@ def _demand(demand: Demand) -> str:
     return ", ".join(parts)
 
 
-def _notes(plan: Plan) -> str:
-    aims = " and ".join(aim.name if aim.unit == 1 else f"{aim.name} over {aim.unit:g}" for aim in plan.rules.aims)
+def rules_words(rules: Rules) -> str:
+    """What the value is, and what is kept to."""
+    aims = " and ".join(aim.name if aim.unit == 1 else f"{aim.name} over {aim.unit:g}" for aim in rules.aims)
     limits = [
-        *(["joints inside their travel"] if plan.rules.limits else []),
-        *(["bodies apart"] if plan.rules.scene is not None else []),
+        *(["joints inside their travel"] if rules.limits else []),
+        *(["bodies apart"] if rules.scene is not None else []),
         "one side of every Type 2 singularity",
     ]
-    return f"value: {aims} at its least along the way, made as great as it can be; kept to: {', '.join(limits)}"
+    return f"value: {aims} at its least, made as great as it can be; kept to: {', '.join(limits)}"
 
 
 def _verdict(plan: Plan) -> str:
@@ -171,17 +174,19 @@ def _plan(plan: Plan) -> dict[str, Any]:
         "sigma_min": finite(plan.sigma_min),
         "travel_margin": finite(plan.travel),
         "clearance_m": finite(plan.clearance),
-        "knots": None if plan.knots is None else _touch(plan.knots),
-        "proof": None if plan.proof is None else _proof_json(plan.proof),
+        "knots": None if plan.knots is None else touch_json(plan.knots),
+        "proof": None if plan.proof is None else proof_json(plan.proof),
     }
 
 
-def _touch(touch: Touch) -> dict[str, Any]:
+def touch_json(touch: Touch) -> dict[str, Any]:
+    """Poses by their coordinates."""
     names = ("x_m", "y_m", "z_m", "azimuth_rad", "tilt_rad", "roll_rad")
     return {name: finite(np.asarray(c)) for name, c in zip(names, touch, strict=True)}
 
 
-def _proof_json(proof: Proof) -> dict[str, Any]:
+def proof_json(proof: Proof) -> dict[str, Any]:
+    """What is proven, or what is open."""
     found: dict[str, Any] = {
         "proven": proof.is_proven,
         "refuted": proof.is_refuted,
@@ -192,5 +197,5 @@ def _proof_json(proof: Proof) -> dict[str, Any]:
     }
     if not proof.is_proven:
         middle = Touch(*(float(c[proof.smallest]) for c in proof.open.middle))
-        found |= {"open": proof.reason, "open_at": _touch(middle), "open_size_rad": float(proof.open.size[proof.smallest])}
+        found |= {"open": proof.reason, "open_at": touch_json(middle), "open_size_rad": float(proof.open.size[proof.smallest])}
     return found

@@ -1,0 +1,88 @@
+"""Rolls over a cone of directions, seen from above: tilt outwards, the value in colour, the platform's x axis as strokes."""
+
+from __future__ import annotations
+
+import html
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from trivet.errors import NoResultError
+from trivet.files import replacing
+from trivet.kinematics.mode import mode_words
+from trivet.show.maps import check_suffix
+from trivet.study.cone import ConePlan
+from trivet.study.roll_grid import met
+
+STROKES = 12
+"""Across the cone."""
+
+
+def draw_cone(plan: ConePlan, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    """Draw the rolls over a cone (PNG or self-contained HTML).
+
+    Raises:
+        NoResultError: when there are none.
+    """
+    suffix = check_suffix(path)
+    if plan.sheet is None:
+        raise NoResultError(f"{plan.machine.name}: no roll is continuous all over the cone, so there is nothing to draw")
+    with replacing(path, overwrite=overwrite) as temporary:
+        (_picture if suffix == ".png" else _page)(plan, temporary)
+
+
+def _title(plan: ConePlan) -> str:
+    words = "proven" if plan.is_safe else "not proven"
+    return f"{plan.machine.name}, {mode_words(plan.mode)}, z0 = {plan.knots.z[0, 0] * 1e3:g} mm: {words}"
+
+
+def _nodes(plan: ConePlan) -> tuple[Any, Any, Any, Any]:
+    """Azimuth, tilt, value and alpha + roll at the nodes, rad."""
+    flat = type(plan.knots)(*(np.ravel(c) for c in plan.knots))
+    value = met(plan.rules, flat).value.reshape(plan.knots.roll.shape)
+    return plan.knots.azimuth, plan.knots.tilt, value, plan.knots.azimuth + plan.knots.roll
+
+
+def _picture(plan: ConePlan, path: Path) -> None:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    azimuth, tilt, value, heading = _nodes(plan)
+    canvas = Figure(figsize=(7, 6.4), layout="constrained")
+    FigureCanvasAgg(canvas)
+    canvas.suptitle(_title(plan), fontsize=11)
+    axes = canvas.subplots()
+    x, y = np.degrees(tilt) * np.cos(azimuth), np.degrees(tilt) * np.sin(azimuth)
+    mesh = axes.pcolormesh(x, y, value, shading="gouraud", cmap="cividis", vmin=0)
+    rays = slice(None, -1, max(1, (len(azimuth) - 1) // STROKES))
+    rows = slice(None, None, max(1, tilt.shape[1] // (STROKES // 2)))
+    spread = np.degrees(tilt.max()) / STROKES
+    own = heading[rays, rows]
+    axes.quiver(
+        x[rays, rows], y[rays, rows], np.cos(own), np.sin(own), color="white", angles="xy", scale_units="xy", scale=1 / spread,
+        width=0.004,
+    )  # fmt: skip
+    canvas.colorbar(mesh, ax=axes, shrink=0.8, label=" and ".join(aim.name for aim in plan.rules.aims))
+    axes.set_aspect("equal")
+    axes.set_xlabel("tilt towards x, °")
+    axes.set_ylabel("tilt towards y, °   (arrows: x axis of the platform)")
+    canvas.savefig(path, format="png", dpi=120)
+
+
+def _page(plan: ConePlan, path: Path) -> None:
+    import plotly.graph_objects as go
+
+    azimuth, tilt, value, heading = (np.degrees(a).ravel() if k != 2 else a.ravel() for k, a in enumerate(_nodes(plan)))
+    name = " and ".join(aim.name for aim in plan.rules.aims)
+    page = go.Figure(
+        go.Scatterpolar(
+            r=tilt, theta=azimuth, mode="markers", customdata=np.stack([heading % 360, value], axis=1),
+            marker={"color": value, "colorscale": "Cividis", "cmin": 0, "size": 9, "colorbar": {"title": name}},
+            hovertemplate="azimuth %{theta:.4g}°, tilt %{r:.4g}°<br>azimuth + roll %{customdata[0]:.4g}°<br>"
+            "%{customdata[1]:.4g}<extra></extra>",
+        )
+    )  # fmt: skip
+    page.update_layout(title=html.escape(_title(plan)), template="simple_white", height=720, width=820)
+    page.write_html(path, include_plotlyjs=True, include_mathjax=False, full_html=True)
