@@ -20,7 +20,7 @@ from trivet.model.elements import Beam, Prismatic
 from trivet.reach.margins import clearance, nearest_bodies, side, travel_margin, travel_margin_on_grid
 from trivet.reach.neutral import REFERENCES, with_neutral
 from trivet.reach.scene import Ball, scene_of
-from trivet.reach.tilt import Grid, Looked, best_rolls, connected, hanging_together, inside
+from trivet.reach.tilt import Grid, Looked, best_rolls, hanging_together, inside, sides_of
 from trivet.reach.workspace import Orientations, Region, columns, reached
 from trivet.space.pose import zyz_frame
 from trivet.space.vector import Vec
@@ -292,7 +292,7 @@ def test_connected_as_a_walk_from_pose_to_pose() -> None:
     machine = with_neutral(load("azulay"), "radial")
     grid = Grid.of((0.0, 0.0, 0.1), 0.008, 12, math.radians(3), math.radians(99), 36)
     looked = Looked(machine, parse_mode(machine), None, None)
-    found = connected(looked, grid, inside(looked, grid), 0)
+    found = hanging_together(sides_of(looked, grid, inside(looked, grid).inside), 0)
     a, b, c = found.shape
     azimuth, tilt, roll = np.meshgrid(grid.azimuths, grid.tilts, grid.rolls, indexing="ij")
     frames = grid.frames(azimuth.ravel(), tilt.ravel())

@@ -21,10 +21,17 @@ from trivet.space.vector import Vec
 
 Array = NDArray[Any]
 
+ASKEW = 0.382
+"""Of a step, by which the rolls of a grid are off the symmetries of machines: at a roll of symmetry a carriage can stand where
+it would jump to either side, and a pose which is reached there and at no roll beside it is of no use."""
 HALVINGS = 14
 """Of the last step of tilt, where the edge is refined."""
 ZOOMS = 6
 """Of the roll about the best of a grid, four-fold each: from two degrees to below a thousandth."""
+HILLS = 3
+"""Best rolls of a grid about which it is looked closer."""
+OUTSIDE = -0.05
+"""Margin of travel below which distances of bodies are not looked at."""
 
 
 class Grid(NamedTuple):
@@ -39,7 +46,7 @@ class Grid(NamedTuple):
     tilts: Array
     """(b,) rad, from zero."""
     rolls: Array
-    """(c,) rad, evenly all round from zero, c a multiple of a: at the pole all azimuths then meet in the same poses."""
+    """(c,) rad, evenly all round, c a multiple of a: at the pole all azimuths then meet in the same poses."""
 
     @classmethod
     def of(cls, centre: tuple[float, float, float], radius: float, azimuths: int, step: float, most: float, rolls: int) -> Grid:
@@ -58,7 +65,7 @@ class Grid(NamedTuple):
             radius,
             2 * np.pi / azimuths * np.arange(azimuths),
             np.unique([*(step * np.arange(int(most / step + 1e-9) + 1)), most]),
-            2 * np.pi / turns * np.arange(turns),
+            2 * np.pi / turns * (np.arange(turns) + ASKEW),
         )
 
     def frames(self, azimuth: Array, tilt: Array) -> Frame:
@@ -136,8 +143,11 @@ def best_rolls(looked: Looked, frames: Frame, rolls: Array) -> tuple[Array, Arra
 
 def turned(frames: Frame, rows: Array, rolls: Array) -> Frame:
     """Some of the frames (n,), by their numbers, each turned about its own normal by a roll (rad)."""
-    chosen = Frame(*(Vec(*(np.broadcast_to(c, len(frames.origin.x))[rows] for c in v)) for v in frames))
-    return rolled(chosen, Angle(np.cos(rolls), np.sin(rolls)))
+    return rolled(_of(frames, rows), Angle(np.cos(rolls), np.sin(rolls)))
+
+
+def _of(frames: Frame, rows: Array) -> Frame:
+    return Frame(*(Vec(*(np.broadcast_to(c, len(frames.origin.x))[rows] for c in v)) for v in frames))
 
 
 def unbroken(reached: Array) -> Array:
@@ -170,28 +180,46 @@ def refined(looked: Looked, grid: Grid, last: Array) -> Array:
 
 
 def _some_roll(looked: Looked, grid: Grid, azimuth: Array, tilt: Array) -> Array:
-    """Whether some roll reaches poses (n,) of a sphere: one of the grid, or one beside the best of them."""
+    """Whether some roll reaches poses (n,) of a sphere: one of the grid, or one about its best."""
     frames = grid.frames(azimuth, tilt)
-    roll, _ = best_rolls(looked, frames, grid.rolls)
-    found: Array = roll >= 0
+    found: Array = best_rolls(looked, frames, grid.rolls)[0] >= 0
     rows = np.flatnonzero(~found)
-    if not len(rows):
-        return found
-    margin = travel_margin_on_grid(looked.machine, frames, grid.rolls, looked.signs)[rows]
-    best, value, step = grid.rolls[margin.argmax(axis=1)], margin.max(axis=1), 2 * np.pi / len(grid.rolls)
-    for level in range(1, ZOOMS + 1):
-        tried = best[:, None] + step * 0.25**level * np.arange(-4, 5)
-        margin = travel_margin(looked.machine, turned(frames, np.repeat(rows, 9), tried.ravel()), looked.signs).reshape(-1, 9)
-        best = np.take_along_axis(tried, margin.argmax(axis=1)[:, None], 1)[:, 0]
-        value = margin.max(axis=1)
-    rows, best = rows[value >= 0], best[value >= 0]
-    found[rows] = is_clear(looked, turned(frames, rows, best))
+    if len(rows):
+        found[rows] = freest_roll(looked, _of(frames, rows), grid.rolls)[1] >= 0
     return found
 
 
-def connected(looked: Looked, grid: Grid, reached: Reached, start: int) -> Array:
-    """(a, b, c) which poses of a grid hang together with the pose at the pole with azimuth 0 and a given roll (an index)."""
-    return hanging_together(_sides(looked, grid, reached.inside), start)
+def freest_roll(looked: Looked, frames: Frame, rolls: Array) -> tuple[Array, Array]:
+    """(n,) of frames (n,) the roll with the greatest `freedom`, between those of a grid as well, and that freedom."""
+    count, step = len(frames.origin.x), 2 * np.pi / len(rolls)
+    values = freedom(looked, frames, np.broadcast_to(rolls, (count, len(rolls))))
+    tops = np.where((values >= np.roll(values, 1, axis=1)) & (values >= np.roll(values, -1, axis=1)), values, -np.inf)
+    best = rolls[np.argsort(-tops, axis=1, kind="stable")[:, :HILLS]]
+    for level in range(1, ZOOMS + 1):
+        tried = best[:, :, None] + step * 0.25**level * np.arange(-4, 5)
+        values = freedom(looked, frames, tried.reshape(count, -1)).reshape(tried.shape)
+        best = np.take_along_axis(tried, values.argmax(axis=2)[:, :, None], 2)[:, :, 0]
+    value, rows = values.max(axis=2), np.arange(count)
+    hill = value.argmax(axis=1)
+    return best[rows, hill], value[rows, hill]
+
+
+def freedom(looked: Looked, frames: Frame, rolls: Array) -> Array:
+    """(n, m) how free frames (n,) are at rolls (n, m): the lesser of the margin of travel and the distance of bodies to spare.
+
+    The distance counts in parts of the machine's size; where a joint is well outside its travel it is not looked at.
+    """
+    count, many = rolls.shape
+    rows = np.repeat(np.arange(count), many)
+    margin = travel_margin(looked.machine, turned(frames, rows, rolls.ravel()), looked.signs)
+    near = np.flatnonzero(margin > OUTSIDE)
+    if looked.scene is not None and len(near):
+        gap = clearance(
+            looked.machine, looked.scene, turned(frames, rows[near], rolls.ravel()[near]), looked.signs, looked.workpiece
+        )
+        spare = gap - float(looked.machine.apart.clearance)
+        margin[near] = np.minimum(margin[near], spare / float(looked.machine.characteristic_length))
+    return margin.reshape(count, many)
 
 
 def hanging_together(sides: Array, start: int) -> Array:
@@ -227,8 +255,8 @@ def hanging_together(sides: Array, start: int) -> Array:
     return found
 
 
-def _sides(looked: Looked, grid: Grid, inside: Array) -> Array:
-    """(a, b, c) sign of det J_x where a pose is reached, zero where not."""
+def sides_of(looked: Looked, grid: Grid, inside: Array) -> Array:
+    """(a, b, c) sign of det J_x where a pose of a grid is inside, zero where not."""
     found = np.zeros(inside.shape)
     for i, azimuth in enumerate(grid.azimuths):
         rows, columns = np.nonzero(inside[i])

@@ -7,7 +7,7 @@ volume is a sum of lengths, not of cells.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any, Literal, NamedTuple
 
@@ -30,6 +30,10 @@ POINTS = 16_384
 """Places looked at per call."""
 COARSE = (24, 48, 96)
 """Cells per axis of the lattices with which it is found where the workspace lies; finer ones where the first find nothing."""
+
+
+LAYERS = 4
+"""Of places, in a layer as thick as a cell of the coarsest lattice, that is looked at for more of a workspace."""
 
 
 class Orientations(NamedTuple):
@@ -163,8 +167,7 @@ def found_region(within: Callable[[Array], Array], around: Region) -> Region | N
     """The part of a region in which a workspace lies, as a coarse lattice sees it, with a cell to spare; None for nothing."""
     for count in COARSE:
         cell = (around.high - around.low) / count
-        axes = [low + step * (np.arange(count) + 0.5) for low, step in zip(around.low, cell, strict=True)]
-        points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+        points = _lattice(around, [count] * 3)
         good = points[within(points)]
         if len(good):
             break
@@ -172,6 +175,39 @@ def found_region(within: Callable[[Array], Array], around: Region) -> Region | N
         return None
     # Not evenly: four quarters of a symmetric lattice would agree, and tell nothing of the error.
     return Region(good.min(axis=0) - 1.37 * cell, good.max(axis=0) + 1.81 * cell)
+
+
+def grown(within: Callable[[Array], Array], region: Region, around: Region, count: int) -> Region:
+    """A region made larger, up to a greatest one, until nothing is found in a layer about it, looked at as finely as columns.
+
+    Petals of a workspace can be so thin that a coarse lattice sees none of their ends.
+    """
+    layer = (around.high - around.low) / COARSE[0]
+    low, high = np.maximum(region.low, around.low), np.minimum(region.high, around.high)
+    growing = True
+    while growing:
+        growing = False
+        for axis in range(3):
+            for side in (0, 1):
+                inner = (low, high)[side][axis]
+                outer = max(inner - layer[axis], around.low[axis]) if side == 0 else min(inner + layer[axis], around.high[axis])
+                if abs(outer - inner) <= 1e-9 * layer[axis]:
+                    continue
+                first, last = np.maximum(low - layer, around.low), np.minimum(high + layer, around.high)
+                first[axis], last[axis] = min(inner, outer), max(inner, outer)
+                if within(_lattice(Region(first, last), [LAYERS if k == axis else count for k in range(3)])).any():
+                    (low, high)[side][axis] = outer
+                    growing = True
+    return Region(low, high)
+
+
+def _lattice(region: Region, counts: Sequence[int]) -> Array:
+    """Middles of the cells of a region, (n, 3)."""
+    axes = [
+        low + (high - low) / count * (np.arange(count) + 0.5)
+        for low, high, count in zip(region.low, region.high, counts, strict=True)
+    ]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
 def columns(

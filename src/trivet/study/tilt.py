@@ -17,10 +17,10 @@ from trivet.kinematics.mode import closed_form_signs, mode_text
 from trivet.kinematics.report import joint_states, shortfall
 from trivet.kinematics.standing import home_pose
 from trivet.model import Machine
-from trivet.reach.margins import nearest_bodies, side, travel_margin, travel_margin_on_grid
+from trivet.reach.margins import nearest_bodies, side, travel_margin
 from trivet.reach.neutral import Reference, with_neutral
 from trivet.reach.scene import Ball, scene_of
-from trivet.reach.tilt import Grid, Looked, connected, inside, is_clear, refined, unbroken
+from trivet.reach.tilt import Grid, Looked, freest_roll, hanging_together, inside, is_clear, refined, sides_of, unbroken
 from trivet.space.batches import in_batches
 from trivet.space.frame import Angle, Frame
 from trivet.space.pose import between, rolled, zyz_angles, zyz_frame
@@ -35,6 +35,8 @@ LARGEST_GRID = 50_000_000
 """Poses of a grid, at most: some thirty bytes each are held in memory."""
 BEYOND = math.radians(0.02)
 """How far beyond the greatest tilt it is looked at what stops the machine."""
+TOUCHING = 5e-5
+"""Distance to spare (m) with which bodies are named beside a joint that stops a machine."""
 WAY = 201
 """Poses on the way from home to the pole of the sphere that are looked at."""
 
@@ -53,11 +55,13 @@ class TiltReport:
     """Whether they had to stay clear of the sphere as well."""
     grid: Grid
     largest: Array
-    """(a,) greatest tilt of the grid which some roll reaches, whatever lies below it; NaN for none."""
+    """(a,) greatest tilt that is found with some roll, whatever lies below it; NaN for none."""
     unbroken: Array
     """(a,) tilt up to which every tilt is reached with some roll, refined between the grid's; NaN where the pole is not."""
     connected: Array
     """(a,) greatest tilt of the grid to which the machine comes from home; NaN for none."""
+    connected_stops: list[str]
+    """What stops it there, by azimuth."""
     rolls: Array
     """(a, b) roll with the greatest margin of travel; NaN where none reaches."""
     poses: int
@@ -82,27 +86,17 @@ class TiltReport:
 
     @cached_property
     def stops(self) -> list[str]:
-        """What stops the machine beyond the unbroken tilt, by azimuth; empty where nothing does."""
+        """What stops the machine just beyond the unbroken tilt, at the roll that comes nearest, by azimuth."""
         tilt = np.where(np.isfinite(self.unbroken), self.unbroken + BEYOND, 0.0)
-        frames = self.grid.frames(self.grid.azimuths, tilt)
-        margin = travel_margin_on_grid(self.machine, frames, self.grid.rolls, self.signs)
-        best = self.grid.rolls[margin.argmax(axis=1)]
-        poses = rolled(frames, Angle(np.cos(best), np.sin(best)))
-        states = in_batches(lambda part: joint_states(self.machine, part, self.signs), poses)
-        names, gaps = [("", "")] * len(best), np.full(len(best), np.inf)
-        if self.with_bodies:
-            scene, ball = scene_of(self.machine, with_workpiece=self.is_solid), ball_of(self.grid.centre, self.grid.radius)
-            names, gaps = nearest_bodies(self.machine, scene, poses, self.signs, ball)
-        found = []
-        for k in range(len(best)):
-            miss = shortfall(self.machine, states, k)
-            if self.unbroken[k] >= self.grid.tilts[-1]:
-                found.append("")
-            elif miss is not None:
-                found.append(miss.reason)
-            else:
-                found.append(f"{names[k][0]} and {names[k][1]} are {gaps[k] * 1e3:.3g} mm apart" if self.with_bodies else "")
-        return found
+        found = _faults(self.looked, self.grid.frames(self.grid.azimuths, tilt), self.grid.rolls)
+        end = f"nothing, up to {math.degrees(self.grid.tilts[-1]):g} deg"
+        return [end if own >= self.grid.tilts[-1] else fault for own, fault in zip(self.unbroken, found, strict=True)]
+
+    @property
+    def looked(self) -> Looked:
+        """How the grid was looked at."""
+        scene = scene_of(self.machine, with_workpiece=self.is_solid) if self.with_bodies else None
+        return Looked(self.machine, self.signs, scene, ball_of(self.grid.centre, self.grid.radius))
 
 
 @dataclass(frozen=True)
@@ -175,8 +169,14 @@ def tilt(
     if not np.any(is_reached):
         raise NoResultError(f"{chosen.name}: no pose on the {_sphere(radius, height)} is reached: {_why(looked, grid)}")
     start, apart = _from_home(looked, grid, reached.inside)
-    joined: Any = connected(looked, grid, reached, start).any(axis=2) if not apart else np.zeros_like(is_reached)
-    angles = np.append(grid.tilts, np.nan)
+    connected, stops = np.full(azimuths, np.nan), [apart] * azimuths
+    if not apart:
+        sides = sides_of(looked, grid, reached.inside)
+        joined = hanging_together(sides, start)
+        last = _last(joined.any(axis=2))
+        connected = np.append(grid.tilts, np.nan)[last]
+        stops = [_end(looked, grid, grid.azimuths[k], sides[k], joined[k], int(last[k])) for k in range(azimuths)]
+    edge = refined(looked, grid, unbroken(is_reached))
     return TiltReport(
         chosen,
         mode_text(chosen, signs),
@@ -184,13 +184,45 @@ def tilt(
         bodies,
         bodies and solid,
         grid,
-        angles[_last(is_reached)],
-        refined(looked, grid, unbroken(is_reached)),
-        angles[_last(joined)],
+        np.fmax(np.append(grid.tilts, np.nan)[_last(is_reached)], edge),
+        edge,
+        connected,
+        stops,
         np.where(is_reached, grid.rolls[reached.roll], np.nan),
         is_reached.size * len(grid.rolls),
         apart,
     )
+
+
+def _end(looked: Looked, grid: Grid, azimuth: float, sides: Array, joined: Array, last: int) -> str:
+    """What ends the ways from home at one azimuth: sides and joined (b, c)."""
+    if last < 0:
+        return "no pose at this azimuth hangs together with home"
+    if last == len(grid.tilts) - 1:
+        return f"nothing, up to {math.degrees(grid.tilts[-1]):g} deg"
+    near = joined[last] | np.roll(joined[last], 1) | np.roll(joined[last], -1)
+    if np.any(sides[last + 1, near]):
+        return "a Type 2 singularity"
+    return _faults(looked, grid.frames(np.full(1, azimuth), grid.tilts[last + 1 : last + 2]), grid.rolls)[0]
+
+
+def _faults(looked: Looked, frames: Frame, rolls: Array) -> list[str]:
+    """What is wrong with frames (n,), at the roll, of these or between, at which they are freest."""
+    best, _ = freest_roll(looked, frames, rolls)
+    poses = rolled(frames, Angle(np.cos(best), np.sin(best)))
+    states = in_batches(lambda part: joint_states(looked.machine, part, looked.signs), poses)
+    names, gaps = [("", "")] * len(best), np.full(len(best), np.inf)
+    if looked.scene is not None:
+        names, gaps = nearest_bodies(looked.machine, looked.scene, poses, looked.signs, looked.workpiece)
+    least = float(looked.machine.apart.clearance)
+    found = []
+    for k, (pair, gap) in enumerate(zip(names, gaps, strict=True)):
+        miss = shortfall(looked.machine, states, k)
+        parts = [miss.reason] if miss is not None else []
+        if gap < least + TOUCHING:
+            parts.append(f"{pair[0]} and {pair[1]} are {gap * 1e3:.3g} mm apart, {least * 1e3:g} mm is the least")
+        found.append(", and ".join(parts) or "a window of rolls narrower than is looked for")
+    return found
 
 
 def tilts(
@@ -257,7 +289,7 @@ def _check_grid(azimuths: int, step: float, most: float, rolls: int) -> None:
         raise InputError(f"a grid of {count:.2g} poses; at most {LARGEST_GRID:.0e}")
 
 
-def _last(reached: Array) -> Any:
+def _last(reached: Any) -> Any:
     """(a,) the last index of each row (a, b) that is set; -1 for none."""
     return np.where(reached.any(axis=1), reached.shape[1] - 1 - reached[:, ::-1].argmax(axis=1), -1)
 
@@ -268,22 +300,14 @@ def _sphere(radius: float, height: float) -> str:
 
 def _why(looked: Looked, grid: Grid) -> str:
     """What keeps the machine from the pole of a sphere, at the roll that comes nearest."""
-    frames = grid.frames(np.zeros(1), np.zeros(1))
-    margin = travel_margin_on_grid(looked.machine, frames, grid.rolls, looked.signs)[0]
-    pole = rolled(frames, Angle(*(np.atleast_1d(f(grid.rolls[margin.argmax()])) for f in (np.cos, np.sin))))
-    miss = shortfall(looked.machine, in_batches(lambda part: joint_states(looked.machine, part, looked.signs), pole))
-    if miss is not None:
-        return f"at its pole {miss.reason}"
-    assert looked.scene is not None
-    names, gaps = nearest_bodies(looked.machine, looked.scene, pole, looked.signs, looked.workpiece)
-    return f"at its pole {names[0][0]} and {names[0][1]} are {gaps[0] * 1e3:.3g} mm apart"
+    return f"at its pole {_faults(looked, grid.frames(np.zeros(1), np.zeros(1)), grid.rolls)[0]}"
 
 
 def _from_home(looked: Looked, grid: Grid, reached: Array) -> tuple[int, str]:
     """The roll (an index) at the pole, azimuth 0, to which a straight way leads from home, and why none does."""
     home = home_pose(looked.machine)
     alpha, _, gamma = (float(a) for a in zyz_angles(home))
-    nearest = round((alpha + gamma) / (2 * np.pi) * len(grid.rolls)) % len(grid.rolls)
+    nearest = int(np.argmax(np.cos(grid.rolls - (alpha + gamma))))
     x, y, z = grid.centre
     end = zyz_frame((x, y, z + grid.radius), 0.0, 0.0, grid.rolls[nearest])
     if len(actuators(looked.machine)) != 6:

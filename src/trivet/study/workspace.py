@@ -19,7 +19,7 @@ from trivet.reach.margins import travel_margin_on_grid
 from trivet.reach.neutral import Reference, with_neutral
 from trivet.reach.scene import scene_of
 from trivet.reach.tilt import Looked, is_clear, turned
-from trivet.reach.workspace import Columns, Orientations, Region, columns, found_region, reached
+from trivet.reach.workspace import Columns, Orientations, Region, columns, found_region, grown, reached
 from trivet.space.frame import Frame
 from trivet.space.pose import tangent_axes
 from trivet.space.vector import Vec
@@ -164,12 +164,13 @@ def workspace(
     orientations = _orientations(chosen, kind, azimuth, tilt, roll, cone, step)
     inner: Literal["constant", "reachable", "total"] = "total" if kind == "dexterous" else kind
     within = partial(reached, looked, kind=inner, orientations=orientations)
-    found = found_region(within, _around(chosen)) if region is None else _given(region)
+    around = _around(chosen)
+    found = found_region(within, around) if region is None else _given(region)
     if found is None:
         raise NoResultError(
             f"{chosen.name}: no place is reached {KINDS[kind]}; choose other orientations, or say with --region where to look"
         )
-    own = columns(within, found, count, progress)
+    own = columns(within, grown(within, found, around, count) if region is None else found, count, progress)
     if not own.volume > 0:
         raise NoResultError(f"{chosen.name}: no place of the region is reached {KINDS[kind]}")
     return WorkspaceReport(chosen, mode_text(chosen, signs), kind, orientations, bodies, own)

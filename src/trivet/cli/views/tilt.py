@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -19,16 +20,16 @@ def tables(study: TiltStudy) -> Iterator[Any]:
     """A row per case; of a single case the azimuths too."""
     found = table(
         "tilt that is reached at every azimuth, with the best roll",
-        "machine", "neutral axis", "radius mm", "z0 mm", "pose by pose °", "from home °", "at the best azimuth °", "stopped by",
+        "machine", "neutral axis", "radius mm", "z0 mm", "pose by pose °", "stopped by", "from home °", "stopped by",
     )  # fmt: skip
     for report in study.reports:
         found.add_row(
             report.machine.name, report.neutral, f"{report.grid.radius * 1e3:g}", f"{report.grid.centre[2] * 1e3:g}",
-            _degrees(report.tilt), _degrees(report.connected_tilt), _degrees(_greatest(report.unbroken)),
-            report.stops[_worst(report)],
+            _degrees(report.tilt), report.stops[_worst(report.unbroken)] + _unchecked(report),
+            _degrees(report.connected_tilt), report.connected_stops[_worst(report.connected)],
         )  # fmt: skip
     for machine, neutral, radius, height, reason in study.missing:
-        found.add_row(machine, neutral, f"{radius * 1e3:g}", f"{height * 1e3:g}", "–", "–", "–", reason)
+        found.add_row(machine, neutral, f"{radius * 1e3:g}", f"{height * 1e3:g}", "–", reason, "–", "")
     yield found
     if len(study.reports) == 1:
         yield _azimuths(study.reports[0])
@@ -43,14 +44,8 @@ def _notes(study: TiltStudy) -> str:
         if report.apart:
             lines.append(f"{report.machine.name}: no straight way from home to the pole was found, {report.apart}")
     for report in study.reports:
-        balls = [
-            e.name
-            for chain in report.machine.chains.values()
-            for e in chain.elements
-            if getattr(e, "cone", None) is not None and not getattr(e, "is_limited", True)
-        ]
-        if balls:
-            names = ", ".join(dict.fromkeys(balls))
+        names = ", ".join(_free_cones(report))
+        if names:
             lines.append(f"{report.machine.name}: the cone of {names} is not checked, for no neutral axis is given (--neutral)")
     lines.append(
         "pose by pose: every smaller tilt is reached, each with its own roll; from home: along poses of the grid, without "
@@ -59,24 +54,37 @@ def _notes(study: TiltStudy) -> str:
     return "\n".join(dict.fromkeys(lines))
 
 
+def _unchecked(report: TiltReport) -> str:
+    return "; cones are not checked" if _free_cones(report) else ""
+
+
+def _free_cones(report: TiltReport) -> list[str]:
+    """Sockets whose cone is recorded and not checked."""
+    balls = [e for chain in report.machine.chains.values() for e in chain.elements if getattr(e, "cone", None) is not None]
+    return list(dict.fromkeys(e.name for e in balls if not getattr(e, "is_limited", True)))
+
+
 def _azimuths(report: TiltReport) -> Any:
+    """A row per azimuth, and one for all neighbours that are alike."""
     heading = f"{report.machine.name}, {mode_words(report.mode)}"
-    found = table(heading, "azimuth °", "pose by pose °", "from home °", "greatest of all °", "stopped by")
-    for k, azimuth in enumerate(report.grid.azimuths):
-        found.add_row(
-            f"{math.degrees(azimuth):g}", _degrees(report.unbroken[k]), _degrees(report.connected[k]),
-            _degrees(report.largest[k]), report.stops[k],
-        )  # fmt: skip
+    found = table(heading, "azimuth °", "pose by pose °", "stopped by", "from home °", "stopped by", "greatest of all °")
+    rows = [
+        (
+            _degrees(report.unbroken[k]), report.stops[k], _degrees(report.connected[k]), report.connected_stops[k],
+            _degrees(report.largest[k]),
+        )
+        for k in range(len(report.grid.azimuths))
+    ]  # fmt: skip
+    degrees = [f"{math.degrees(azimuth):g}" for azimuth in report.grid.azimuths]
+    for _, run in groupby(range(len(rows)), key=lambda k: rows[k][::2]):
+        places = list(run)
+        name = degrees[places[0]] if len(places) == 1 else f"{degrees[places[0]]} to {degrees[places[-1]]}"
+        found.add_row(name, *rows[places[0]])
     return found
 
 
-def _worst(report: TiltReport) -> int:
-    return int(np.argmin(np.where(np.isfinite(report.unbroken), report.unbroken, -1.0)))
-
-
-def _greatest(values: Any) -> float:
-    own = values[np.isfinite(values)]
-    return float(own.max()) if len(own) else math.nan
+def _worst(tilts: Any) -> int:
+    return int(np.argmin(np.where(np.isfinite(tilts), tilts, -1.0)))
 
 
 def _degrees(angle: float) -> str:
@@ -110,6 +118,7 @@ def _case(report: TiltReport) -> dict[str, Any]:
         "azimuth_rad": finite(report.grid.azimuths),
         "unbroken_rad": finite(report.unbroken),
         "connected_rad": finite(report.connected),
+        "connected_stops": report.connected_stops,
         "largest_rad": finite(report.largest),
         "stops": report.stops,
     }
