@@ -430,3 +430,18 @@ def _replace(module: _T, **changes: object) -> _T:
 def adapter() -> TypeAdapter[Machine]:
     """What pydantic makes of the fields above: the reader, the writer and the JSON schema of machines."""
     return TypeAdapter(Machine)
+
+
+PLATFORM, WORKPIECE = "platform", "workpiece"
+"""Bodies that every machine has, by the names which `interference.may_touch` gives them."""
+
+
+def bodies(machine: Machine) -> dict[str, list[str]]:
+    """Names of bodies: every one as itself, and an element's without its copy, "leg.link", as all of its copies."""
+    found = {name: [name] for name in (PLATFORM, WORKPIECE, *machine.fixtures)}
+    for name, chain in machine.chains.items():
+        copies = [name] if chain.copies == 1 else [f"{name}-{k + 1}" for k in range(chain.copies)]
+        for element in chain.elements:
+            found |= {f"{copy}.{element.name}": [f"{copy}.{element.name}"] for copy in copies}
+            found[f"{name}.{element.name}"] = [f"{copy}.{element.name}" for copy in copies]
+    return found

@@ -70,7 +70,8 @@ def find(document: dict[str, Any], path: str, optional: Container[str] = ()) -> 
     if len(around) == 1 and wanted[-1] in optional:
         return (*around[0], wanted[-1])
     endings = {".".join(full.split(".")[-2:]) for full in candidates} | set(candidates)
-    raise InputError(f"{path}: no such key in this machine{nearest(path, endings)}")
+    beside = {ending for ending in endings if ending.split(".")[:-1] == wanted[:-1] != []}
+    raise InputError(f"{path}: no such key in this machine{nearest(path, beside or endings)}")
 
 
 def _members(document: Any, keys: tuple[Key, ...] = ()) -> Iterator[tuple[Key, ...]]:

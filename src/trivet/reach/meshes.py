@@ -1,4 +1,4 @@
-"""Bodies from mesh files, as their convex hulls, by coal: signed distances one pose and one pair at a time.
+"""Bodies from mesh files (trimesh), as their convex hulls (SciPy), by coal: signed distances one pose and one pair at a time.
 
 coal is the successor of FCL (J. Pan, S. Chitta, D. Manocha, A general purpose library for collision and proximity queries, ICRA
 2012).
@@ -22,7 +22,10 @@ Array = NDArray[Any]
 
 LARGEST_FILE = 50_000_000
 """Bytes."""
+LARGEST, SMALLEST = 1e4, 1e-6
+"""Of a mesh, m."""
 SCALE = {"mm": 1e-3, "m": 1.0}
+_MISSING = "shapes from meshes need coal and trimesh; install them with: pip install 'trivet[meshes]'"
 
 
 class Solid(NamedTuple):
@@ -35,12 +38,12 @@ def hull(file: str, unit: str) -> Any:
     """The convex hull of a mesh file (STL, OBJ, PLY, …), in m.
 
     Raises:
-        InputError: when the file cannot be read, is too large or has no volume, or coal is not installed.
+        InputError: when the file cannot be read, is too large or has no volume, or coal or trimesh is not installed.
     """
     try:
         size, changed = os.stat(file).st_size, os.stat(file).st_mtime_ns
-    except OSError as error:
-        raise InputError(f"{file}: cannot be read: {error.strerror}") from None
+    except (OSError, ValueError) as error:  # a name with a NUL in it
+        raise InputError(f"{file!r}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
     if not file.lower().endswith((".stl", ".obj", ".ply")):
         raise InputError(f"{file}: a mesh is a file of STL, OBJ or PLY")
     if not os.path.isfile(file):
@@ -52,20 +55,57 @@ def hull(file: str, unit: str) -> Any:
 
 @lru_cache(maxsize=100)
 def _hull(file: str, unit: str, changed: int) -> Any:
-    coal = _coal()
+    from scipy.spatial import ConvexHull, QhullError
+
+    coal, points = _coal(), _vertices(file) * SCALE[unit]
+    if not len(points):
+        raise InputError(f"{file}: cannot be read as a mesh (STL, OBJ or PLY), or has no triangles")
+    if not np.all(np.abs(points) < LARGEST):
+        raise InputError(f"{file}: has a vertex that is not a number, or farther than {LARGEST:g} m from its origin")
     try:
-        mesh = coal.MeshLoader(coal.NODE_TYPE.BV_OBBRSS).load(file, np.full(3, SCALE[unit]))
-        mesh.buildConvexHull(True, "Qt")
-    except (ValueError, RuntimeError):
-        raise InputError(f"{file}: cannot be read as a mesh with a volume (STL, OBJ or PLY)") from None
-    return mesh.convex
+        corners = ConvexHull(points, qhull_options="Qt")
+    except (QhullError, ValueError):
+        corners = None
+    if corners is None or corners.volume < SMALLEST**3:
+        raise InputError(f"{file}: a mesh without a volume, or smaller than {SMALLEST:g} m")
+    own = np.unique(corners.simplices)
+    model = coal.BVHModelOBBRSS()
+    model.beginModel(len(corners.simplices), len(own))
+    vertices, triangles = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+    for point in points[own]:
+        vertices.append(point)
+    for row in np.searchsorted(own, corners.simplices):
+        triangles.append(coal.Triangle(*(int(k) for k in row)))
+    model.addSubModel(vertices, triangles)
+    model.endModel()
+    model.buildConvexHull(True, "Qt")
+    return model.convex
+
+
+def _vertices(file: str) -> Array:
+    """(n, 3) in the unit of the file; none where it cannot be read."""
+    trimesh = _trimesh()
+    try:
+        with open(file, "rb") as stream:
+            mesh = trimesh.load(stream, file_type=file.rsplit(".", 1)[1].lower(), force="mesh", process=False)
+    except Exception:  # a parser's errors are of any kind
+        return np.zeros((0, 3))
+    return np.unique(np.asarray(mesh.vertices, dtype=float).reshape(-1, 3), axis=0)
+
+
+def _trimesh() -> Any:
+    try:
+        import trimesh
+    except ImportError:
+        raise InputError(_MISSING) from None
+    return trimesh
 
 
 def _coal() -> Any:
     try:
         import coal
     except ImportError:
-        raise InputError("shapes from meshes need coal; install it with: pip install 'trivet[meshes]'") from None
+        raise InputError(_MISSING) from None
     return coal
 
 

@@ -10,20 +10,17 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from trivet.errors import InputError, nearest
 from trivet.kinematics.alike import Alike
 from trivet.kinematics.walk import Posture, walk
 from trivet.model import Leg, Machine, shape
 from trivet.model.elements import Beam, Element, Joint, Prismatic, Stock
 from trivet.model.elements.beam import beam_axes
-from trivet.model.machine import Platform
+from trivet.model.machine import PLATFORM, WORKPIECE, Platform, bodies
 from trivet.reach.distance import Box, Capsule, boxes, capsule_to_box, capsules
 from trivet.reach.meshes import Solid
 from trivet.space.frame import IDENTITY, Frame, about_z
 from trivet.space.scalar import Scalar
 from trivet.space.vector import Vec
-
-PLATFORM, WORKPIECE = "platform", "workpiece"
 
 Placeable = Capsule | Box | Solid
 
@@ -78,9 +75,6 @@ def scene_of(machine: Machine, *, with_workpiece: bool) -> Scene:
     Args:
         machine: the machine.
         with_workpiece: whether the workpiece stands in the way.
-
-    Raises:
-        InputError: for a pair in `interference.may_touch` that names no body.
     """
     legs = machine.legs
     parts, place = [], {}
@@ -146,20 +140,8 @@ def _profile(element: Element) -> Any:
 
 def _touching(machine: Machine) -> set[frozenset[str]]:
     """Declared pairs, copy by copy."""
-    known: dict[str, list[str]] = {PLATFORM: [PLATFORM], WORKPIECE: [WORKPIECE]} | {name: [name] for name in machine.fixtures}
-    for name, chain in machine.chains.items():
-        copies = [name] if chain.copies == 1 else [f"{name}-{k + 1}" for k in range(chain.copies)]
-        for element in chain.elements:
-            for copy in copies:
-                known[f"{copy}.{element.name}"] = [f"{copy}.{element.name}"]
-            known[f"{name}.{element.name}"] = [f"{copy}.{element.name}" for copy in copies]
-    found = set()
-    for pair in machine.apart.may_touch:
-        for body in pair:
-            if body not in known:
-                raise InputError(f'interference.may_touch: no body "{body}"{nearest(body, known)}')
-        found |= {frozenset((a, b)) for a in known[pair[0]] for b in known[pair[1]]}
-    return found
+    known = bodies(machine)
+    return {frozenset((a, b)) for pair in machine.apart.may_touch for a in known[pair[0]] for b in known[pair[1]]}
 
 
 def _may_touch(a: Any, b: Any, filled: set[Any], legs: tuple[Leg, ...]) -> bool:
@@ -217,7 +199,7 @@ def placed(
         found["platform", k] = (number["platform", k],), _with_axis(own)
     for name, shapes in machine.fixtures.items():
         for k, given in enumerate(shapes):
-            found["fixture", name, k] = (number["fixture", name, k],), _with_axis(_given(given, IDENTITY))
+            found["fixture", name, k] = (number["fixture", name, k],), _with_axis(shape_in(given, IDENTITY))
     if ("workpiece",) in number:
         assert workpiece is not None
         found[("workpiece",)] = (number[("workpiece",)],), Capsule(workpiece.centre, workpiece.centre, workpiece.radius)
@@ -238,7 +220,7 @@ def _in_o(frame: Frame, posture: Posture, end: Vec) -> Frame:
 
 def _own_shapes(element: Element, before: Frame, beyond: Frame, stock: Stock) -> Iterator[Placeable]:
     if element.shapes is not None:
-        yield from (_given(own, beyond) for own in element.shapes)
+        yield from (shape_in(own, beyond) for own in element.shapes)
         return
     profile = _profile(element)
     if profile is None:
@@ -256,13 +238,14 @@ def _own_shapes(element: Element, before: Frame, beyond: Frame, stock: Stock) ->
 
 def _platform_shapes(platform: Platform, pose: Frame) -> Iterator[Placeable]:
     if platform.shapes is not None:
-        yield from (_given(own, pose) for own in platform.shapes)
+        yield from (shape_in(own, pose) for own in platform.shapes)
     elif platform.disc is not None:
         radius = platform.disc.radius
         yield Box(pose, Vec(radius, radius, platform.disc.thickness / 2))
 
 
-def _given(own: shape.AnyShape, frame: Frame) -> Placeable:
+def shape_in(own: shape.AnyShape, frame: Frame) -> Placeable:
+    """A shape of a machine file, given in a frame, in the outer axes of that frame."""
     if isinstance(own, shape.Mesh):
         return Solid(frame.shift(own.centre))
     if isinstance(own, shape.Box):

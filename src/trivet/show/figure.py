@@ -34,9 +34,9 @@ from trivet.study.simulation import Simulation
 from trivet.study.singularity import SingularityReport
 from trivet.study.singularity_map import SingularityMap
 from trivet.study.stiffness_map import StiffnessMap
-from trivet.study.tilt import TiltStudy
+from trivet.study.tilt import TiltReport, TiltStudy
 from trivet.study.whole_comparison import WholeComparison
-from trivet.study.workspace import OrientationReport, WorkspaceStudy
+from trivet.study.workspace import OrientationReport, WorkspaceReport, WorkspaceStudy
 
 
 @singledispatch
@@ -45,7 +45,7 @@ def figure(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False
 
     Args:
         result: a Machine (at home), or what `pose`, `forward`, `singularity_report`, `stiffness_map`, `singularity_map`,
-            `compare`, `compare_dynamics`, `modes`, `frf`, `motion` or `simulate` gave.
+            `compare`, `compare_dynamics`, `modes`, `frf`, `motion`, `simulate`, `tilt`, `workspace`, `plan` or `cone` gave.
         path: file to write; .png is a picture, .html a page that needs no network.
         overwrite: whether the file may be replaced.
 
@@ -53,8 +53,8 @@ def figure(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False
         InputError: for another suffix, a file that exists unasked or that cannot be written.
     """
     raise TypeError(
-        f"no figure of a {type(result).__name__}; machines, poses, maps, comparisons, responses, motions and simulations "
-        "can be drawn"
+        f"no figure of a {type(result).__name__}; machines, poses, maps, comparisons, responses, motions, simulations, "
+        "tilts, workspaces and plans can be drawn"
     )
 
 
@@ -170,3 +170,13 @@ def _(result: Plan, path: str | os.PathLike[str], *, overwrite: bool = False) ->
 @figure.register
 def _(result: ConePlan, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     draw_cone(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: TiltReport, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_tilts(TiltStudy((result,)), path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: WorkspaceReport, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_workspaces(WorkspaceStudy((result,)), path, overwrite=overwrite)

@@ -15,6 +15,8 @@ from trivet.kinematics.walk import Coordinate
 from trivet.model import Leg, Machine
 from trivet.model.elements import Beam, Curvilinear, Element, Offset, Prismatic, Profile, Revolute, Spherical, Universal
 from trivet.model.elements.beam import beam_axes
+from trivet.reach.distance import Box, Capsule
+from trivet.reach.scene import shape_in
 from trivet.show import shapes
 from trivet.show.shapes import Array, Role, Shape
 from trivet.space.frame import IDENTITY, Frame
@@ -78,6 +80,7 @@ def scene(machine: Machine, pose: Frame | None = None, mode: str | None = None, 
         first |= markers.keys() if leg.rotation == 0 else set()
         frames.append(Label(leg.name, _foot(steps, unit)))
     found += _platform(machine, pose, unit)
+    found += _declared(machine, stands, pose)
     size = 0.5 * max(float(np.ptp(np.concatenate([s.rings.reshape(-1, 3) for s in found]), axis=0).max()), 1e-3)
     if motion is not None:
         found += _arrow(motion, pose, 0.7 * size)
@@ -224,6 +227,29 @@ def _platform(machine: Machine, pose: Frame, unit: float) -> Iterator[Shape]:
     if machine.workpiece is not None:
         middle = np.array((0.0, 0.0, float(machine.workpiece.height)))
         yield shapes.dome("workpiece", "workpiece", middle, float(machine.workpiece.radius))
+
+
+def _declared(machine: Machine, stands: list[tuple[Leg, list[Step]]], pose: Frame) -> Iterator[Shape]:
+    """Shapes which the file gives to bodies, and fixtures; of meshes nothing is drawn."""
+    given: list[tuple[str, Role, Frame, Any]] = []
+    for leg, steps in stands:
+        for index, (element, frame, coordinate) in enumerate(steps):
+            is_last = index == len(steps) - 1
+            beyond = pose.place(leg.platform_frame()) if is_last else element.advance(frame, coordinate)
+            given += [(f"{leg.name}.{element.name}", "link", beyond, own) for own in element.shapes or ()]
+    given += [("platform", "tool", pose, own) for own in machine.platform.shapes or ()]
+    given += [(name, "ground", IDENTITY, own) for name, shapes_ in machine.fixtures.items() for own in shapes_]
+    for name, role, frame, own in given:
+        place = shape_in(own, frame)
+        if isinstance(place, Box):
+            yield shapes.block(name, role, _point(place.frame), _axes(place.frame), tuple(2 * float(h) for h in place.half))  # type: ignore[arg-type]
+        elif isinstance(place, Capsule):
+            start, end, radius = (np.array([float(c) for c in v]) for v in (place.start, place.end, (place.radius,)))
+            width = 2 * float(radius[0])
+            if np.any(start != end):
+                yield shapes.bar(name, role, start, end, (width, width))
+            for centre in (start, end):
+                yield shapes.ball(name, role, centre, width / 2)
 
 
 def _triad(name: str, frame: Frame, reach: float) -> Iterator[Shape]:

@@ -21,10 +21,10 @@ from trivet.study.response_summary import ShownResponse
 from trivet.study.simulation import Simulation
 from trivet.study.singularity_map import SingularityMap
 from trivet.study.stiffness_map import StiffnessMap
-from trivet.study.tilt import TiltStudy
+from trivet.study.tilt import TiltReport, TiltStudy
 from trivet.study.vibration_datasets import dynamic_comparison_datasets, modes_dataset, response_dataset
 from trivet.study.whole_comparison import WholeComparison
-from trivet.study.workspace import OrientationReport, WorkspaceStudy
+from trivet.study.workspace import OrientationReport, WorkspaceReport, WorkspaceStudy
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -181,3 +181,13 @@ def _(result: WorkspaceStudy, path: str | os.PathLike[str], *, overwrite: bool =
 @save.register
 def _(result: OrientationReport, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     write_netcdf(orientation_dataset(result), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: TiltReport, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    save(TiltStudy((result,)), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: WorkspaceReport, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    save(WorkspaceStudy((result,)), path, overwrite=overwrite)

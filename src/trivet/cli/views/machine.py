@@ -46,7 +46,7 @@ def tables(machine: Machine) -> Iterator[Any]:
             elements.add_row(row["name"], row["type"], data)
         yield elements
     rest = table("the rest", "key", "value", left=2)
-    for key in ("platform", "home", "workpiece", "sections", "materials", "theory"):
+    for key in ("platform", "home", "workpiece", "sections", "materials", "theory", "interference", "fixtures"):
         for path, value in _flat(document.get(key, {}), key):
             rest.add_row(path, _plain(value))
     for name, chain in sorted(document["chains"].items()):

@@ -20,7 +20,7 @@ NEAREST = 3
 
 def tables(report: PoseReport, load: LoadResult | None = None) -> Iterator[Any]:
     """Everything about one pose."""
-    yield f"{where(report.machine.name, report.mode, report.position, report.angles)}\n{reached(report.miss)}"
+    yield f"{where(report.machine.name, report.mode, report.position, report.angles)}\n{reached(report.miss)}{_touching(report)}"
     joints = table("joints", "joint", "coordinate", "limited", "from", "to", "margin", "")
     for j in report.joints:
         unit, scale = ("mm", 1e3) if j.unit == "m" else ("°", math.degrees(1))
@@ -47,6 +47,16 @@ def tables(report: PoseReport, load: LoadResult | None = None) -> Iterator[Any]:
     yield budget_table(report)
     if load is not None:
         yield from load_tables(load)
+
+
+def _touching(report: PoseReport) -> str:
+    """What the first line says of bodies that are too near."""
+    least = float(report.machine.apart.clearance)
+    near = [pair for pair in report.clearances if pair.distance < least]
+    if not near:
+        return ""
+    first = f"{near[0].one} and {near[0].other} {'TOUCH' if near[0].distance < 0 else 'are TOO NEAR'}"
+    return f"; {first}" + (f", and {len(near) - 1} more pairs" if len(near) > 1 else "")
 
 
 def _clearances(report: PoseReport) -> Table:
