@@ -23,7 +23,7 @@ from trivet.model.elements import (
     Spherical,
     Universal,
 )  # fmt: skip
-from trivet.model.machine import Chain, Machine, Platform, bodies
+from trivet.model.machine import PLATFORM, WORKPIECE, Chain, Machine, Platform, bodies
 from trivet.model.section import General, Tube
 
 SOFTEST = 1e-3
@@ -62,6 +62,13 @@ def check(machine: Machine, known_materials: Iterable[str] = ()) -> None:
             _defined(f"{path}.section", profile.section, machine.sections, machine.sections)
             _defined(f"{path}.material", profile.material, machine.materials, materials)
         _check_chain(f"chains.{name}", chain)
+    _check_bodies(machine)
+
+
+def _check_bodies(machine: Machine) -> None:
+    for name in machine.fixtures:
+        if name in (PLATFORM, WORKPIECE):
+            raise InputError(f'fixtures.{name}: "{name}" is a body that every machine has; choose another name')
     known = bodies(machine)
     for body in (body for pair in machine.apart.may_touch for body in pair):
         if body not in known:

@@ -15,7 +15,7 @@ from trivet.kinematics.alike import alike
 from trivet.kinematics.jacobian import arm_of, chain_rows, require_six_each
 from trivet.kinematics.travel import margin
 from trivet.model import Machine
-from trivet.reach import meshes
+from trivet.reach.meshes import distances as distances_of_solids
 from trivet.reach.scene import FAR, Ball, Scene, distances, placed
 from trivet.space.batches import in_batches, in_threads
 from trivet.space.elimination import expanded
@@ -89,8 +89,8 @@ def _of_meshes(machine: Machine, scene: Scene, poses: Frame, signs: Any, workpie
     for parts, own in found.items():
         rows |= {part: jax.tree.map(lambda c, k=k: c[:, k], own) for k, part in enumerate(parts)}
     wanted = sorted({k for pair in scene.pairs for k in pair})
-    shapes = [(rows[k], None if scene.parts[k].mesh is None else meshes.hull(*scene.parts[k].mesh)) for k in wanted]  # type: ignore[misc]
-    return meshes.distances(shapes, [(wanted.index(a), wanted.index(b)) for a, b in scene.pairs], count)
+    shapes = [(rows[k], scene.parts[k].hull()) for k in wanted]
+    return distances_of_solids(shapes, [(wanted.index(a), wanted.index(b)) for a, b in scene.pairs], count)
 
 
 def nearest_bodies(

@@ -22,6 +22,8 @@ Array = NDArray[Any]
 
 LARGEST_FILE = 50_000_000
 """Bytes."""
+MOST_POINTS, MOST_CORNERS = 500_000, 20_000
+"""Vertices of a mesh, and of its hull."""
 LARGEST, SMALLEST = 1e4, 1e-6
 """Of a mesh, m."""
 SCALE = {"mm": 1e-3, "m": 1.0}
@@ -58,6 +60,8 @@ def _hull(file: str, unit: str, changed: int) -> Any:
     from scipy.spatial import ConvexHull, QhullError
 
     coal, points = _coal(), _vertices(file) * SCALE[unit]
+    if len(points) > MOST_POINTS:
+        raise InputError(f"{file}: {len(points):,} different vertices; at most {MOST_POINTS:,}, make the mesh simpler")
     if not len(points):
         raise InputError(f"{file}: cannot be read as a mesh (STL, OBJ or PLY), or has no triangles")
     if not np.all(np.abs(points) < LARGEST):
@@ -69,6 +73,8 @@ def _hull(file: str, unit: str, changed: int) -> Any:
     if corners is None or corners.volume < SMALLEST**3:
         raise InputError(f"{file}: a mesh without a volume, or smaller than {SMALLEST:g} m")
     own = np.unique(corners.simplices)
+    if len(own) > MOST_CORNERS:
+        raise InputError(f"{file}: a hull of {len(own):,} corners; at most {MOST_CORNERS:,}, make the mesh simpler")
     model = coal.BVHModelOBBRSS()
     model.beginModel(len(corners.simplices), len(own))
     vertices, triangles = coal.StdVec_Vec3s(), coal.StdVec_Triangle()

@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from trivet.errors import InputError
 from trivet.kinematics.alike import Alike
 from trivet.kinematics.walk import Posture, walk
 from trivet.model import Leg, Machine, shape
@@ -17,7 +18,7 @@ from trivet.model.elements import Beam, Element, Joint, Prismatic, Stock
 from trivet.model.elements.beam import beam_axes
 from trivet.model.machine import PLATFORM, WORKPIECE, Platform, bodies
 from trivet.reach.distance import Box, Capsule, boxes, capsule_to_box, capsules
-from trivet.reach.meshes import Solid
+from trivet.reach.meshes import Solid, hull
 from trivet.space.frame import IDENTITY, Frame, about_z
 from trivet.space.scalar import Scalar
 from trivet.space.vector import Vec
@@ -46,6 +47,17 @@ class Part(NamedTuple):
     """"capsule", "box" or "mesh"."""
     mesh: tuple[str, str] | None = None
     """File and unit of a mesh."""
+
+    def hull(self) -> Any:
+        """What coal makes of a mesh; None for any other shape.
+
+        Raises:
+            InputError: names the body.
+        """
+        try:
+            return None if self.mesh is None else hull(*self.mesh)
+        except InputError as error:
+            raise InputError(f"shapes of {self.body}: {error}") from None
 
 
 class Scene(NamedTuple):
@@ -261,32 +273,34 @@ def _with_axis(own: Any) -> Any:
 
 
 def distances(scene: Scene, shapes: Placed) -> Iterator[tuple[list[int], Scalar]]:
-    """Signed distances of pairs, alike pairs at a time: which pairs of the scene these are, and their distances (pairs, n)."""
-    home = {part: (source, row) for source, (parts, _) in shapes.items() for row, part in enumerate(parts)}
-    groups: dict[tuple[Any, Any], list[tuple[int, int, int]]] = {}
+    """Signed distances of pairs, those of one kind of shapes at a time, so that each kind is compiled once.
+
+    Yields:
+        Which pairs of the scene these are, and their distances (pairs, n).
+    """
+    stacks: dict[type, Any] = {}
+    home: dict[int, tuple[type, int]] = {}
+    for kind in (Capsule, Box):
+        own = [(parts, shape) for parts, shape in shapes.values() if isinstance(shape, kind)]
+        if own:
+            stacks[kind] = jax.tree.map(lambda *c: jnp.concatenate(c), *(shape for _, shape in own))
+            home |= {part: (kind, row) for row, part in enumerate(part for parts, _ in own for part in parts)}
+    groups: dict[tuple[type, type], list[tuple[int, int, int]]] = {}
     for k, (a, b) in enumerate(scene.pairs):
         (one, row), (two, other) = home[a], home[b]
-        if isinstance(shapes[one][1], Box) and not isinstance(shapes[two][1], Box):
+        if one is Box and two is Capsule:
             (one, row), (two, other) = (two, other), (one, row)
         groups.setdefault((one, two), []).append((k, row, other))
     for (one, two), members in groups.items():
-        first = _rows(shapes[one], [row for _, row, _ in members])
-        second = _rows(shapes[two], [row for _, _, row in members])
-        yield [k for k, _, _ in members], _distance(first, second)
-
-
-def _rows(placed: tuple[tuple[int, ...], Placeable], rows: list[int]) -> Any:
-    parts, own = placed
-    if len(parts) == 1:
-        return own
-    index = np.array(rows)
-    return jax.tree.map(lambda c: c[index], own)
+        order, rows, others = (np.array(column) for column in zip(*members, strict=True))
+        first, second = (jax.tree.map(lambda c, at=at: c[at], stacks[kind]) for kind, at in ((one, rows), (two, others)))
+        yield order.tolist(), _distance(first, second)
 
 
 def _distance(one: Any, two: Any) -> Scalar:
-    if isinstance(one, Box):
-        return boxes(one, two)
-    return capsule_to_box(one, two) if isinstance(two, Box) else capsules(one, two)
+    if isinstance(two, Capsule):
+        return capsules(one, two)
+    return boxes(one, two) if isinstance(one, Box) else capsule_to_box(one, two)
 
 
 FAR = math.inf

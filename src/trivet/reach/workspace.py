@@ -14,7 +14,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from trivet.reach.margins import travel_margin, travel_margin_on_grid
+from trivet.reach.margins import side, travel_margin, travel_margin_on_grid
 from trivet.reach.tilt import Looked, is_clear
 from trivet.space.frame import Angle, Frame
 from trivet.space.pose import rolled, tangent_axes
@@ -33,7 +33,9 @@ COARSE = (24, 48, 96)
 
 
 LAYERS = 4
-"""Of places, in a layer as thick as a cell of the coarsest lattice, that is looked at for more of a workspace."""
+"""Of places, in the layer about a region that is looked at for more of a workspace."""
+CLOSER = (16.0, 128.0, 1024.0)
+"""Parts of the whole region that lattices about home take up, where the whole shows nothing."""
 
 
 class Orientations(NamedTuple):
@@ -163,11 +165,18 @@ def _some(frames: Frame, rows: Array) -> Frame:
     return Frame(*(Vec(*(np.broadcast_to(c, len(frames.origin.x))[rows] for c in v)) for v in frames))
 
 
-def found_region(within: Callable[[Array], Array], around: Region) -> Region | None:
-    """The part of a region in which a workspace lies, as a coarse lattice sees it, with a cell to spare; None for nothing."""
-    for count in COARSE:
-        cell = (around.high - around.low) / count
-        points = _lattice(around, [count] * 3)
+def found_region(within: Callable[[Array], Array], around: Region, home: Array) -> Region | None:
+    """The part of a region in which a workspace lies, as a coarse lattice sees it, with a cell to spare; None for nothing.
+
+    Where lattices over the region find nothing, smaller ones about home (3,) may: a long slide can make the region much larger
+    than the workspace is.
+    """
+    looks = [(around, count) for count in COARSE]
+    size = around.high - around.low
+    looks += [(Region(home - size / part, home + size / part), COARSE[0]) for part in CLOSER]
+    for region, count in looks:
+        cell = (region.high - region.low) / count
+        points = _lattice(region, [count] * 3)
         good = points[within(points)]
         if len(good):
             break
@@ -182,21 +191,20 @@ def grown(within: Callable[[Array], Array], region: Region, around: Region, coun
 
     Petals of a workspace can be so thin that a coarse lattice sees none of their ends.
     """
-    layer = (around.high - around.low) / COARSE[0]
     low, high = np.maximum(region.low, around.low), np.minimum(region.high, around.high)
     growing = True
     while growing:
-        growing = False
+        growing, layer = False, (high - low) / 6
         for axis in range(3):
-            for side in (0, 1):
-                inner = (low, high)[side][axis]
-                outer = max(inner - layer[axis], around.low[axis]) if side == 0 else min(inner + layer[axis], around.high[axis])
+            for end in (0, 1):
+                inner = (low, high)[end][axis]
+                outer = max(inner - layer[axis], around.low[axis]) if end == 0 else min(inner + layer[axis], around.high[axis])
                 if abs(outer - inner) <= 1e-9 * layer[axis]:
                     continue
                 first, last = np.maximum(low - layer, around.low), np.minimum(high + layer, around.high)
                 first[axis], last[axis] = min(inner, outer), max(inner, outer)
                 if within(_lattice(Region(first, last), [LAYERS if k == axis else count for k in range(3)])).any():
-                    (low, high)[side][axis] = outer
+                    (low, high)[end][axis] = outer
                     growing = True
     return Region(low, high)
 
@@ -232,6 +240,39 @@ def columns(
     bounds = np.searchsorted(column * count + row, np.arange(count * count + 1))
     spans = tuple((at[low:high:2], at[low + 1 : high : 2]) for low, high in pairwise(bounds))
     return Columns(x, y, spans)
+
+
+def joined(looked: Looked, columns: Columns, axes: Frame, home: Array) -> float:
+    """The part of a workspace of one orientation that hangs together with a place, without a Type 2 singularity between.
+
+    Args:
+        looked: six actuators and six constraints.
+        columns: the workspace.
+        axes: the orientation; its origin is not looked at.
+        home: (3,) the place, m.
+
+    Returns:
+        As cells of a lattice as fine as the columns tell; zero where the place does not belong to the workspace.
+    """
+    from scipy.ndimage import label
+
+    count, (a, b) = len(columns.x), (len(columns.x), len(columns.y))
+    ends = [end for span in columns.spans for edges in span for end in edges]
+    z = np.linspace(min(ends), max(ends), 2 * count)
+    inside = np.zeros((a, b, len(z)), dtype=bool)
+    for column, (lows, highs) in enumerate(columns.spans):
+        for low, high in zip(lows, highs, strict=True):
+            inside[column // b, column % b] |= (z >= low) & (z <= high)
+    i, j, k = np.nonzero(inside)
+    sides = np.zeros(inside.shape)
+    places = Vec(columns.x[i], columns.y[j], z[k])
+    turn = (Vec(*(np.full(len(i), float(c)) for c in axis)) for axis in axes[1:])
+    sides[i, j, k] = side(looked.machine, Frame(places, *turn), looked.signs)
+    nearest = tuple(int(np.argmin(np.abs(own - c))) for own, c in zip((columns.x, columns.y, z), home, strict=True))
+    if not sides[nearest]:
+        return 0.0
+    pieces, _ = label(sides == sides[nearest])
+    return float(np.mean(pieces[i, j, k] == pieces[nearest]))
 
 
 def _edges(within: Callable[[Array], Array], x: Array, y: Array, low: Array, high: Array, starts_inside: Array) -> Array:

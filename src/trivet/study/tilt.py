@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from trivet.errors import InputError, NoResultError
 from trivet.kinematics.jacobian import actuators
 from trivet.kinematics.mode import closed_form_signs, mode_text
-from trivet.kinematics.report import joint_states, shortfall
+from trivet.kinematics.report import joint_state_once, joint_states, shortfall
 from trivet.kinematics.standing import home_pose
 from trivet.model import Machine
 from trivet.reach.margins import nearest_bodies, side, travel_margin
@@ -150,6 +150,8 @@ def tilt(
     plain = choose(machine)
     signs = closed_form_signs(plain, mode)
     radius, height = sphere_of(plain, radius, height)
+    if solid and not bodies:
+        raise InputError("a solid sphere is something that bodies stay clear of; look at bodies as well")
     _check_grid(azimuths, step, most, rolls)
     chosen = with_neutral(plain, neutral, mode)
     grid = Grid.of((0.0, 0.0, height), radius, azimuths, step, most, rolls)
@@ -246,6 +248,8 @@ def tilts(
             if len(cases) == 1:
                 raise
             missing.append((machine.name, neutral, *sphere_of(machine, radius, height), str(error)))
+    if not found:
+        raise NoResultError(f"none of {len(cases)} cases has a result; the first: {missing[0][-1]}")
     return TiltStudy(tuple(found), tuple(missing))
 
 
@@ -277,8 +281,8 @@ def require_clear_home(machine: Machine, signs: Any) -> None:
 
 
 def _check_grid(azimuths: int, step: float, most: float, rolls: int) -> None:
-    if azimuths < 3 or rolls < 3:
-        raise InputError(f"{azimuths} azimuths and {rolls} rolls; at least 3 of each")
+    if not (3 <= azimuths <= LARGEST_GRID and 3 <= rolls <= LARGEST_GRID):
+        raise InputError(f"{azimuths:.3g} azimuths and {rolls:.3g} rolls; from 3 to {LARGEST_GRID:.0e} of each")
     if not 0 < step <= most <= math.pi * (1 + 1e-12):
         raise InputError(
             f"tilts from 0 to {math.degrees(most):g} deg in steps of {math.degrees(step):g} deg; expected a step above zero "
@@ -310,6 +314,9 @@ def _from_home(looked: Looked, grid: Grid, reached: Array) -> tuple[int, str]:
     nearest = int(np.argmax(np.cos(grid.rolls - (alpha + gamma))))
     x, y, z = grid.centre
     end = zyz_frame((x, y, z + grid.radius), 0.0, 0.0, grid.rolls[nearest])
+    miss = shortfall(looked.machine, joint_state_once(looked.machine, home, looked.signs))
+    if miss is not None:
+        return nearest, f"home itself is not reached, {miss.reason}"
     if len(actuators(looked.machine)) != 6:
         return nearest, "singularities are told of machines with six drives"
     if not reached[0, 0, nearest]:

@@ -12,16 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trivet.errors import InputError, NoResultError, nearest
+from trivet.kinematics.jacobian import actuators
 from trivet.kinematics.mode import closed_form_signs, mode_text
+from trivet.kinematics.report import joint_state_once, shortfall
+from trivet.kinematics.standing import home_pose
 from trivet.model import Machine
 from trivet.model.elements import Beam, Curvilinear, Drivable, Offset
 from trivet.reach.margins import travel_margin_on_grid
 from trivet.reach.neutral import Reference, with_neutral
 from trivet.reach.scene import scene_of
 from trivet.reach.tilt import Looked, is_clear, turned
-from trivet.reach.workspace import Columns, Orientations, Region, columns, found_region, grown, reached
+from trivet.reach.workspace import COARSE, Columns, Orientations, Region, columns, found_region, grown, joined, reached
 from trivet.space.frame import Frame
-from trivet.space.pose import tangent_axes
+from trivet.space.pose import tangent_axes, zyz_frame
 from trivet.space.vector import Vec
 from trivet.study.machines import MachineLike, choose, pose_numbers
 from trivet.study.tilt import require_clear_home
@@ -39,6 +42,7 @@ KINDS: dict[Kind, str] = {
 
 COUNT, CONE_COUNT, MOST_COLUMNS = 60, 24, 400
 MOST_ORIENTATIONS = 100_000
+MOST_POSES = 4_000_000_000
 ROLL_STEP = math.radians(10.0)
 
 
@@ -52,6 +56,14 @@ class WorkspaceReport:
     orientations: Orientations
     with_bodies: bool
     columns: Columns
+    part_from_home: float
+    """Part of it that hangs together with the place of home, its orientation kept, on one side of every Type 2 singularity; NaN
+    where that is not known: of many orientations, and of machines without six drives."""
+
+    @property
+    def volume_from_home(self) -> float:
+        """m^3."""
+        return self.part_from_home * self.volume
 
     @property
     def volume(self) -> float:
@@ -162,18 +174,31 @@ def workspace(
         raise InputError(f"columns: {count} along each axis; between 4 and {MOST_COLUMNS}")
     looked, chosen, signs = _looked(machine, neutral, mode, bodies)
     orientations = _orientations(chosen, kind, azimuth, tilt, roll, cone, step)
+    many = max(count, COARSE[0]) ** 3 * orientations.rolls.size
+    if many > MOST_POSES:
+        raise InputError(
+            f"{orientations.rolls.size:,} orientations at each of {max(count, COARSE[0])}^3 places; at most {MOST_POSES:.0e} "
+            "poses, take wider steps or fewer columns"
+        )
     inner: Literal["constant", "reachable", "total"] = "total" if kind == "dexterous" else kind
     within = partial(reached, looked, kind=inner, orientations=orientations)
     around = _around(chosen)
-    found = found_region(within, around) if region is None else _given(region)
+    home = np.array([float(c) for c in home_pose(chosen).origin])
+    found = found_region(within, around, home) if region is None else _given(region)
     if found is None:
-        raise NoResultError(
-            f"{chosen.name}: no place is reached {KINDS[kind]}; choose other orientations, or say with --region where to look"
-        )
+        miss = shortfall(chosen, joint_state_once(chosen, home_pose(chosen), signs))
+        hint = "choose other orientations, or say with --region where to look" if miss is None else f"at home {miss.reason}"
+        raise NoResultError(f"{chosen.name}: no place is reached {KINDS[kind]}; {hint}")
     own = columns(within, grown(within, found, around, count) if region is None else found, count, progress)
     if not own.volume > 0:
-        raise NoResultError(f"{chosen.name}: no place of the region is reached {KINDS[kind]}")
-    return WorkspaceReport(chosen, mode_text(chosen, signs), kind, orientations, bodies, own)
+        raise NoResultError(
+            f"{chosen.name}: no place of the region is reached {KINDS[kind]}; look elsewhere, or with more columns"
+        )
+    part = math.nan
+    if kind == "constant" and len(actuators(chosen)) == 6:
+        axes = zyz_frame(np.zeros(3), *(float(angles.flat[0]) for angles in orientations))
+        part = joined(looked, own, axes, home)
+    return WorkspaceReport(chosen, mode_text(chosen, signs), kind, orientations, bodies, own, part)
 
 
 def workspaces(
@@ -192,6 +217,8 @@ def workspaces(
             if len(machines) == 1:
                 raise
             missing.append((machine.name, str(error)))
+    if not found:
+        raise NoResultError("; ".join(reason for _, reason in missing))
     return WorkspaceStudy(tuple(found), tuple(missing))
 
 
@@ -276,8 +303,11 @@ def _orientations(
 
 def _given(region: tuple[Sequence[float], Sequence[float]]) -> Region:
     low, high = (np.asarray(part, dtype=float) for part in region)
-    if low.shape != (3,) or high.shape != (3,) or not np.all(high > low):
-        raise InputError("region: expected least and greatest x, y and z, the greatest above the least")
+    if low.shape != (3,) or high.shape != (3,):
+        raise InputError("region: expected least x, y, z and greatest x, y, z")
+    for axis, least, most in zip("xyz", low, high, strict=True):
+        if not most > least:
+            raise InputError(f"region: its greatest {axis}, {most * 1e3:g} mm, is not above the least, {least * 1e3:g} mm")
     return Region(low, high)
 
 

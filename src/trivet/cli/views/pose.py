@@ -20,7 +20,8 @@ NEAREST = 3
 
 def tables(report: PoseReport, load: LoadResult | None = None) -> Iterator[Any]:
     """Everything about one pose."""
-    yield f"{where(report.machine.name, report.mode, report.position, report.angles)}\n{reached(report.miss)}{_touching(report)}"
+    heading = where(report.machine.name, report.mode, report.position, report.angles)
+    yield f"{heading}\n{reached(report.miss)}{_touching(report)}"
     joints = table("joints", "joint", "coordinate", "limited", "from", "to", "margin", "")
     for j in report.joints:
         unit, scale = ("mm", 1e3) if j.unit == "m" else ("°", math.degrees(1))

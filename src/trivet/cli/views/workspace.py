@@ -21,16 +21,31 @@ def tables(result: WorkspaceStudy | OrientationReport) -> Iterator[Any]:
     if isinstance(result, OrientationReport):
         yield from _leaning(result)
         return
-    found = table("workspace of the platform centre", "machine", "volume cm³", "error", "of the first", "x mm", "y mm", "z mm")
+    found = table(
+        "workspace of the platform centre",
+        "machine",
+        "volume cm³",
+        "error",
+        "of the first",
+        "from home cm³",
+        "x mm",
+        "y mm",
+        "z mm",
+    )
     for report in result.reports:
         low, high = report.extent
         spans = (f"{a * 1e3:.1f} to {b * 1e3:.1f}" for a, b in zip(low, high, strict=True))
         share = report.volume / result.reports[0].volume
         found.add_row(
-            report.machine.name, f"{report.volume * CM3:.5g}", f"± {report.error * CM3:.1g}", f"{100 * share:.4g} %", *spans
+            report.machine.name,
+            f"{report.volume * CM3:.5g}",
+            f"± {report.error * CM3:.1g}",
+            f"{100 * share:.4g} %",
+            f"{report.volume_from_home * CM3:.4g}" if math.isfinite(report.part_from_home) else "–",
+            *spans,
         )
     for machine, reason in result.missing:
-        found.add_row(machine, "–", "", "", reason, "", "")
+        found.add_row(machine, "–", "", "", "", reason, "", "")
     yield found
     if result.reports:
         yield _words(result.reports[0])
@@ -83,6 +98,7 @@ def as_json(result: WorkspaceStudy | OrientationReport) -> dict[str, Any]:
                 "kind": report.kind,
                 "bodies_apart": report.with_bodies,
                 "volume_m3": report.volume,
+                "volume_from_home_m3": finite(report.volume_from_home),
                 "error_m3": report.error,
                 "extent_m": finite(np.stack(report.extent)),
                 "boundary_m": finite(report.boundary),
