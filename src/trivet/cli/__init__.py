@@ -7,6 +7,7 @@ import io
 import os
 import signal
 import sys
+from types import FrameType
 
 INTERRUPTED = 130
 
@@ -60,12 +61,32 @@ def main() -> None:
     sys.exit(code)
 
 
-def _leave(number: int, frame: object) -> None:
-    # Raised within a callback of the garbage collector an exception is lost; the alarm raises it again.
+def _leave(number: int, frame: FrameType | None) -> None:
+    code = INTERRUPTED if number == signal.SIGINT else 128 + number
+    if _is_importing(frame):
+        # An exception in the middle of a library that sets itself up can end in a crash; no file has been begun yet.
+        with contextlib.suppress(OSError, ValueError):
+            os.write(2, b"trivet: interrupted\n")
+        os._exit(code)
+    # Raised within a callback of the garbage collector an exception is lost, but for a message; the alarm raises it again.
+    sys.unraisablehook = _quiet_about_leaving
     if hasattr(signal, "setitimer"):
-        signal.signal(signal.SIGALRM, lambda *_: _leave(number, frame))
+        signal.signal(signal.SIGALRM, lambda *_: _leave(number, None))
         signal.setitimer(signal.ITIMER_REAL, 0.05)
-    raise KeyboardInterrupt if number == signal.SIGINT else SystemExit(128 + number)
+    raise KeyboardInterrupt if number == signal.SIGINT else SystemExit(code)
+
+
+def _is_importing(frame: FrameType | None) -> bool:
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _quiet_about_leaving(unraisable: sys.UnraisableHookArgs) -> None:
+    if not isinstance(unraisable.exc_value, (KeyboardInterrupt, SystemExit)):
+        sys.__unraisablehook__(unraisable)
 
 
 def _run() -> int:

@@ -14,7 +14,7 @@ import jax
 import numpy as np
 from numpy.typing import NDArray
 
-from trivet.errors import InputError
+from trivet.errors import InputError, one_line
 from trivet.reach.distance import Box, Capsule
 from trivet.space.frame import Frame
 
@@ -45,7 +45,7 @@ def hull(file: str, unit: str) -> Any:
     try:
         size, changed = os.stat(file).st_size, os.stat(file).st_mtime_ns
     except (OSError, ValueError) as error:  # a name with a NUL in it
-        raise InputError(f"{file!r}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+        raise InputError(f"{one_line(file)}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
     if not file.lower().endswith((".stl", ".obj", ".ply")):
         raise InputError(f"{file}: a mesh is a file of STL, OBJ or PLY")
     if not os.path.isfile(file):
