@@ -37,6 +37,8 @@ Array = NDArray[Any]
 
 PATCHES = 1024
 """Per call: fixed, so that a machine is traced once."""
+SMALLEST = 1e-6
+"""Size of a patch (rad, or m) below which it is not cut: something is the matter there."""
 SPARE = 1e-12
 """By how much the values at a middle, worked out in floating point, may be wrong: parts, and m."""
 
@@ -200,7 +202,7 @@ class Prover:
             if refuted.any():
                 reasons[:, 1:] &= wrong | ~refuted[:, None]
                 break
-            if looked + 2 * len(left) > budget:
+            if looked + 2 * len(left) > budget or np.any(left.size < SMALLEST):
                 break
             left = left.halved()
         smallest = -1

@@ -46,6 +46,8 @@ LARGEST_GRID = 5_000_000
 """Poses, at most."""
 SHARE = 0.8
 """Of the least sigma_min along a plan, which is to be proven when nothing else is asked for."""
+TRIES = 4
+"""Further ways that are tried where one cannot be proven."""
 BUDGET = 200_000
 """Patches of a proof, at most."""
 SIGMA = Aim("sigma_min", None, 1.0)
@@ -273,16 +275,40 @@ class _Wish:
 def _planned(
     rules: Rules, grid: RollGrid, neutral: Reference, any_start: bool, wish: _Wish, progress: Callable[[int, int], None]
 ) -> Plan:
-    field = field_of(rules, grid)
     start = np.zeros(grid.shape, dtype=bool)
     start[0, :] = any_start
     start[0, 0] = True
-    way, highest, side = best_way(field, start, all_round=True)
+    field = field_of(rules, grid)
+    found = _attempt(rules, grid, neutral, field, start, [], wish, progress)
+    blocked: list[tuple[float, float]] = []
+    tried = found
+    while tried.proof is not None and not tried.proof.is_proven and len(blocked) < TRIES:
+        # Between the poses of the grid lies something that the grid does not see: around it.
+        blocked.append(grid.place_of(Touch(*tried.proof.open.middle[:, tried.proof.smallest])))
+        tried = _attempt(rules, grid, neutral, field, start, blocked, wish, progress)
+        if tried.is_safe:
+            return tried
+    return found
+
+
+def _attempt(
+    rules: Rules,
+    grid: RollGrid,
+    neutral: Reference,
+    field: Field,
+    start: Array,
+    blocked: list[tuple[float, float]],
+    wish: _Wish,
+    progress: Callable[[int, int], None],
+) -> Plan:
+    """A plan that keeps off some places (row and column) of the grid."""
+    open_field = field._replace(value=np.where(grid.is_near(blocked), -np.inf, field.value))
+    way, highest, side = best_way(open_field, start, all_round=True)
     mode = mode_text(rules.machine, rules.signs)
     if way is None:
         stop = _stop(rules, grid, start, field, highest)
         return Plan(rules, mode, neutral, grid, field, None, math.nan, True, highest, stop, None)
-    knots = simplified(rules, grid, *refined(rules, grid, way, side, start))
+    knots = simplified(rules, grid, *refined(rules, grid, way, side, start, blocked))
     proof = _proof(rules, grid, knots, wish.sigma, progress) if wish.proof else None
     return Plan(rules, mode, neutral, grid, field, knots, way.value, way.is_steady, highest, "", proof)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -27,6 +28,8 @@ RESERVE_TRAVEL, RESERVE_GAP = 0.005, 5e-5
 """What a way keeps in hand, of half a joint's travel and of the distance of bodies (m): on the edge nothing can be proven."""
 FINER, LEVELS = 2, 3
 """How much finer the grid becomes about a way, and how often."""
+AROUND = 2.0
+"""Cells of the grid by which a way keeps off a place where it could not be proven."""
 ALLOWANCES = (2.0, 1.0, 0.5, 0.25, 0.125)
 """How far corners may be cut, in steps of the first grid, the boldest first."""
 KEPT = 0.98
@@ -85,6 +88,24 @@ class RollGrid(NamedTuple):
         """Poses (k,) at places along rows and columns, between those of the grid as well."""
         there = Touch(*(np.interp(rows, np.arange(len(c)), c) for c in self.path))
         return there._replace(roll=there.roll + columns * self.step)
+
+    def place_of(self, touch: Touch) -> tuple[float, float]:
+        """Row and column of a pose (numbers) that lies on the path but for its roll."""
+        fine = np.linspace(0, self.shape[0] - 1, 8 * self.shape[0])
+        there = self.at(fine, np.zeros(len(fine)))
+        off = sum((own - c) ** 2 for own, c in zip(there[:5], touch[:5], strict=True))
+        row = int(np.argmin(off))
+        return float(fine[row]), float((touch.roll - there.roll[row]) / self.step)
+
+    def is_near(self, places: Sequence[tuple[float, float]], rows: Array | None = None, columns: Array | None = None) -> Array:
+        """Which nodes are nearer than `AROUND` cells to some places; of other rows and columns where these are given."""
+        own_rows = np.arange(self.shape[0]) if rows is None else rows
+        own_columns = np.arange(self.columns) if columns is None else columns
+        found = np.zeros((len(own_rows), len(own_columns)), dtype=bool)
+        for row, column in places:
+            off = (own_columns - column + self.columns / 2) % self.columns - self.columns / 2
+            found |= np.hypot(own_rows[:, None] - row, off) < AROUND
+        return found
 
     @property
     def is_straight(self) -> bool:
@@ -179,7 +200,9 @@ def best_way(field: Field, start: Array, *, all_round: bool) -> tuple[Way | None
     return best
 
 
-def refined(rules: Rules, grid: RollGrid, way: Way, side: float, start: Array) -> tuple[Array, Array]:
+def refined(
+    rules: Rules, grid: RollGrid, way: Way, side: float, start: Array, blocked: Sequence[tuple[float, float]]
+) -> tuple[Array, Array]:
     """A way sought again on grids that become finer about it: places (k,) along the rows and columns of the first grid."""
     from scipy.ndimage import binary_dilation
 
@@ -191,10 +214,11 @@ def refined(rules: Rules, grid: RollGrid, way: Way, side: float, start: Array) -
         mask = np.zeros(((grid.shape[0] - 1) * fine + 1, (columns.max() + 2) * FINER - low + 1), dtype=bool)
         mask[rows * FINER, columns * FINER - low] = True
         mask = binary_dilation(mask, np.ones((4 * FINER + 1, 4 * FINER + 1)))
+        own = (low + np.arange(mask.shape[1])) / fine
+        mask &= ~grid.is_near(blocked, np.arange(mask.shape[0]) / fine, own)
         places = grid.at(np.arange(mask.shape[0]) / fine, np.full(mask.shape[0], low / fine))
         field = field_of(rules, RollGrid(places, grid.step / fine, mask.shape[1]), mask)
         first, last = np.zeros(mask.shape, dtype=bool), np.zeros(mask.shape, dtype=bool)
-        own = (low + np.arange(mask.shape[1])) / fine
         first[0], last[-1] = (len(allowed) == grid.columns) | np.isin(own % grid.columns, allowed), True
         found = widest(np.where(field.side == side, field.value, -np.inf), first, last, all_round=False)
         if found is None:  # closed between the nodes of the coarser grid

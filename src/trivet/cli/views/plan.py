@@ -6,8 +6,6 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-import numpy as np
-
 from trivet.cli.views.layout import table
 from trivet.cli.views.si import finite
 from trivet.kinematics.mode import mode_words
@@ -182,7 +180,7 @@ def _plan(plan: Plan) -> dict[str, Any]:
 def touch_json(touch: Touch) -> dict[str, Any]:
     """Poses by their coordinates."""
     names = ("x_m", "y_m", "z_m", "azimuth_rad", "tilt_rad", "roll_rad")
-    return {name: finite(np.asarray(c)) for name, c in zip(names, touch, strict=True)}
+    return {name: finite(c) for name, c in zip(names, touch, strict=True)}
 
 
 def proof_json(proof: Proof) -> dict[str, Any]:
