@@ -8,7 +8,7 @@ from typing import Protocol, Self, TypeVar
 import jax.numpy as jnp
 
 from trivet.errors import NoResultError
-from trivet.space.scalar import Scalar, add, is_known, is_zero, mul
+from trivet.space.scalar import Scalar, add, free_sign, is_known, is_zero, mul
 from trivet.space.screw import Twist, Wrench
 from trivet.space.vector import ZERO, X, Y, Z
 
@@ -100,6 +100,6 @@ def _square(a: Scalar) -> Scalar:
 def _direction(a: Scalar) -> Scalar:
     """a / |a|, of a size of one where a vanishes."""
     if not jnp.iscomplexobj(a):
-        return jnp.where(a < 0, -1.0, 1.0)
+        return free_sign(a)
     size = jnp.abs(a)
     return jnp.where(size == 0, 1.0, a / jnp.where(size == 0, 1.0, size))

@@ -4,7 +4,8 @@ A ball is a number and a radius, which bounds how far the exact result, anywhere
 counted.  A function written for JAX is traced once, with its derivatives along the edges of the box, and the operations are
 done on balls by NumPy, many boxes side by side.  Middle values plus slopes over the box give away only what is of second order
 in its size (the mean value form: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, 2009, chapter 6;
-balls instead of intervals: F. Johansson, Arb, IEEE Transactions on Computers 66, 2017).
+balls instead of intervals: F. Johansson, Arb, IEEE Transactions on Computers 66, 2017).  Where the function may jump in the
+box, slopes tell nothing, and the ball is that of its values.
 
 What cannot be bounded, a quotient by a ball around zero or a root of one that reaches below zero, has an infinite radius.
 """
@@ -20,6 +21,8 @@ import numpy as np
 from jax.extend.core import Literal
 from numpy.typing import NDArray
 
+from trivet.space.scalar import FREE_SIGN, Scalar
+
 Array = NDArray[Any]
 
 _UNIT = 2.0**-52
@@ -33,8 +36,10 @@ _TINY = 1e-300
 class Ball(NamedTuple):
     """A number and how far the exact one may be from it; a truth value and whether it may be the other one."""
 
-    middle: Any
-    radius: Any
+    middle: Scalar
+    radius: Scalar
+    jumps: Any = None
+    """Where it may change by a jump within the box; None for nowhere."""
 
 
 class Enclosure:
@@ -73,17 +78,20 @@ class Enclosure:
         """
         with np.errstate(all="ignore"):
             points = [Ball(np.asarray(c, dtype=float), 0.0) for c in middles]
-            found = _evaluated(self._values, points)
             spread = [Ball(p.middle, _up(sum(np.abs(edge[k]) for edge in edges))) for k, p in enumerate(points)]
             along = [Ball(np.asarray(c, dtype=float), 0.0) for edge in edges for c in edge]
+            found, wholes = (_evaluated(self._values, given) for given in (points, spread))
             slopes = _evaluated(self._slopes, [*spread, *along])
             count, balls = len(found), []
-            for k, point in enumerate(found):
+            for k, (point, whole) in enumerate(zip(found, wholes, strict=True)):
                 radius = point.radius
                 for slope in slopes[k::count]:
                     radius = radius + np.abs(slope.middle) + slope.radius
-                radius = _up(np.broadcast_to(radius, np.shape(point.middle)))
-                balls.append(Ball(point.middle, np.where(np.isnan(radius), np.inf, radius)))
+                radius = np.where(np.isnan(radius), np.inf, radius)
+                if whole.jumps is not None:
+                    radius = np.where(whole.jumps, np.inf, radius)
+                radius = np.fmin(_up(radius), np.where(np.isnan(whole.radius), np.inf, whole.radius))
+                balls.append(Ball(point.middle, np.broadcast_to(radius, np.shape(point.middle))))
             return jax.tree.unflatten(self._tree, balls)
 
 
@@ -103,13 +111,18 @@ def _evaluated(closed: Any, arguments: Sequence[Ball]) -> list[Ball]:
 
     for equation in _needed(jaxpr):
         name, given = equation.primitive.name, [of(atom) for atom in equation.invars]
+        if equation.params.get("name") == FREE_SIGN:
+            # Nothing hangs on the choice, so that it may be that of the middle all over the box.
+            known[equation.outvars[0]] = Ball(np.where(given[0].middle < 0, -1.0, 1.0), 0.0)
+            continue
         inner = next((equation.params[key] for key in ("jaxpr", "call_jaxpr") if key in equation.params), None)
         if inner is not None:
             results = _evaluated(inner, given)
         elif all(_is_exact(ball) for ball in given) and (name == "gather" or all(_is_whole(ball) for ball in given)):
             results = [Ball(np.asarray(equation.primitive.bind(*(b.middle for b in given), **equation.params)), 0.0)]
         elif name in _RULES:
-            results = [_RULES[name](equation.params, *given)]
+            result = _RULES[name](equation.params, *given)
+            results = [result._replace(jumps=_any((result, *given)))]
         elif name in _MOVES:
             results = [_moved(_MOVES[name], equation.params, given)]
         else:
@@ -189,8 +202,9 @@ def _cosine(_: Any, a: Ball) -> Ball:
 def _arctangent(_: Any, y: Ball, x: Ball) -> Ball:
     far, near = np.hypot(y.middle, x.middle), np.hypot(y.radius, x.radius) * (1 + 8 * _UNIT)
     jumps = (x.middle - x.radius <= 0) & (np.abs(y.middle) <= y.radius)
-    radius = np.where(jumps | ~(near < far), 2 * np.pi, np.arcsin(np.minimum(near / far, 1.0)))
-    return _rounded(np.arctan2(y.middle, x.middle), radius, _LIBRARY)
+    is_open = jumps | ~(near < far)
+    radius = np.where(is_open, 2 * np.pi, np.arcsin(np.minimum(near / far, 1.0)))
+    return _rounded(np.arctan2(y.middle, x.middle), radius, _LIBRARY)._replace(jumps=is_open if np.any(is_open) else None)
 
 
 def _absolute(_: Any, a: Ball) -> Ball:
@@ -210,13 +224,14 @@ def _greatest(_: Any, a: Ball, b: Ball) -> Ball:
 
 
 def _to_whole(params: Any, a: Ball) -> Ball:
-    nearest = np.rint(a.middle)
+    nearest: Any = np.rint(a.middle)
     is_sure = np.abs(a.middle - nearest) + a.radius < 0.5
-    return Ball(nearest, np.where(is_sure, 0.0, a.radius + 1.0))
+    return Ball(nearest, np.where(is_sure, 0.0, a.radius + 1.0), None if np.all(is_sure) else ~is_sure)
 
 
 def _sign(_: Any, a: Ball) -> Ball:
-    return Ball(np.sign(a.middle), np.where(np.abs(a.middle) > a.radius, 0.0, 2.0))
+    is_sure = (np.abs(a.middle) > a.radius) | ((a.middle == 0) & (np.asarray(a.radius) == 0))
+    return Ball(np.sign(a.middle), np.where(is_sure, 0.0, 2.0), None if np.all(is_sure) else ~is_sure)
 
 
 def _compared(by: Callable[[Any, Any], Any]) -> Callable[..., Ball]:
@@ -242,13 +257,15 @@ def _chosen(_: Any, which: Ball, no: Ball, yes: Ball) -> Ball:
         return Ball(middle, radius)
     other, its = np.where(is_yes, no.middle, yes.middle), np.where(is_yes, no.radius, yes.radius)
     reach = np.where(other == middle, its, np.abs(other - middle) * (1 + 8 * _UNIT) + its)
-    return Ball(middle, np.where(is_open, np.maximum(radius, reach), radius))
+    return Ball(middle, np.where(is_open, np.maximum(radius, reach), radius), is_open)
 
 
 def _converted(params: Any, a: Ball) -> Ball:
     kind = np.dtype(params["new_dtype"])
-    radius = a.radius if np.issubdtype(kind, np.bool_) else np.asarray(a.radius, dtype=float)
-    return Ball(np.asarray(a.middle).astype(kind), radius)
+    if np.issubdtype(kind, np.bool_):
+        return Ball(np.asarray(a.middle).astype(kind), a.radius)
+    is_open = np.asarray(a.radius) if np.asarray(a.radius).dtype == bool else np.zeros(())
+    return Ball(np.asarray(a.middle).astype(kind), np.asarray(a.radius, dtype=float), is_open if is_open.any() else None)
 
 
 _RULES: dict[str, Callable[..., Ball]] = {
@@ -308,6 +325,12 @@ _MOVES: dict[str, Callable[..., Any]] = {
 """What only moves numbers about: done to middles and radii alike."""
 
 
+def _any(balls: Sequence[Ball]) -> Any:
+    """Where any of some numbers may jump."""
+    jumping = [ball.jumps for ball in balls if ball.jumps is not None]
+    return np.logical_or.reduce(np.broadcast_arrays(*jumping)) if jumping else None
+
+
 def _is_exact(ball: Ball) -> bool:
     """Whether a number is the same all over a box, and known without rounding."""
     return np.isscalar(ball.radius) and ball.radius == 0
@@ -322,4 +345,9 @@ def _moved(move: Callable[..., Any], params: Any, given: Sequence[Ball]) -> Ball
     if all(_is_exact(ball) for ball in given):
         return Ball(move(params, *middles), 0.0)
     radii = [np.broadcast_to(ball.radius, m.shape) for ball, m in zip(given, middles, strict=True)]
-    return Ball(move(params, *middles), move(params, *radii))
+    jumps = None
+    if any(ball.jumps is not None for ball in given):
+        jumps = move(
+            params, *(np.broadcast_to(b.jumps is not None and b.jumps, m.shape) for b, m in zip(given, middles, strict=True))
+        )
+    return Ball(move(params, *middles), move(params, *radii), jumps)

@@ -59,6 +59,16 @@ def mul(a: Scalar, b: Scalar) -> Scalar:
     return a * b
 
 
+@jax.jit
+def free_sign(a: Scalar) -> Scalar:
+    """1, or -1 where a number is below zero, to keep off cancellation: for results that are the same with either."""
+    return jnp.where(a < 0, -1.0, 1.0)
+
+
+FREE_SIGN = "free_sign"
+"""The name of that function in what JAX traces."""
+
+
 def sine(a: Scalar) -> Scalar:
     """sin(a) of an angle (rad)."""
     return math.sin(a) if is_known(a) else jnp.sin(a)

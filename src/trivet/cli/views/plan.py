@@ -78,7 +78,7 @@ def _one(plan: Plan) -> Iterator[Any]:
         yield f"NO way: {plan.stopped_by}"
         yield rules_words(plan.rules)
         return
-    found = table("the way, straight between", "tilt °", "roll °", left=0)
+    found = table("the way", "tilt °", "roll °", left=0)
     for tilt, roll in zip(plan.knots.tilt, plan.knots.roll, strict=True):
         found.add_row(f"{math.degrees(tilt):.3f}", f"{math.degrees(roll):.3f}")
     yield found
