@@ -87,8 +87,10 @@ class Patches(NamedTuple):
         parts = ((a + b + c + d) / 4, (b + d - a - c) / 4, (c + d - a - b) / 4, (a + d - b - c) / 4)
         return cls(*(part.reshape(6, -1) for part in parts))
 
-    def __len__(self) -> int:
-        return self.middle.shape[1]
+    @property
+    def many(self) -> int:
+        """How many there are."""
+        return int(self.middle.shape[1])
 
     def some(self, index: Any) -> Patches:
         """Some of them."""
@@ -189,25 +191,26 @@ class Prover:
         least = np.full(3, np.inf)
         reasons: Array = np.zeros((0, 4), dtype=bool)
         refuted: Any = np.zeros(0, dtype=bool)
-        while len(left) and looked + len(left) <= budget:
+        while left.many and looked + left.many <= budget:
             is_smooth, bounds, middles = self.bounds(left)
             lacking = np.concatenate([~is_smooth[:, None], bounds.lacking(demand)], axis=1)
             is_open: Any = lacking.any(axis=1)
             if not is_open.all():
                 least = np.minimum(least, np.stack(bounds)[:, ~is_open].min(axis=1))
-            looked += len(left)
+            looked += left.many
             wrong = middles.lacking(demand)[is_open]
             left, reasons, refuted = left.some(is_open), lacking[is_open], wrong.any(axis=1)
-            progress(looked, len(left))
+            progress(looked, left.many)
             if refuted.any():
+                reasons[refuted, 0] = False
                 reasons[:, 1:] &= wrong | ~refuted[:, None]
                 break
-            if looked + 2 * len(left) > budget or np.any(left.size < SMALLEST):
+            if looked + 2 * left.many > budget or np.any(left.size < SMALLEST):
                 break
             left = left.halved()
         smallest = -1
-        if len(left):
-            smallest = int(np.argmin(np.where(refuted, 0.0, left.size) if len(refuted) == len(left) else left.size))
+        if left.many:
+            smallest = int(np.argmin(np.where(refuted, 0.0, left.size) if len(refuted) == left.many else left.size))
         names = ("the chains close and move on smoothly", "the margin of travel", "the clearance", "sigma_min")
         found = (
             [name for name, lacks in zip(names, reasons[smallest], strict=True) if lacks]
@@ -216,18 +219,18 @@ class Prover:
         )
         return Proof(
             demand,
-            not len(left),
+            not left.many,
             looked,
             Demand(*(float(v) for v in least)),
             left,
             smallest,
             ", ".join(found),
-            bool(len(refuted) == len(left) and refuted.any()),
+            bool(len(refuted) == left.many and refuted.any()),
         )
 
     def bounds(self, patches: Patches) -> tuple[Array, Bounds, Bounds]:
         """Over patches (n,): whether chains close and all joints move on without a jump, bounds, and values at the middles."""
-        count = len(patches)
+        count = patches.many
 
         def parts() -> Any:
             for start in range(0, count, PATCHES):

@@ -224,8 +224,8 @@ def _greatest(_: Any, a: Ball, b: Ball) -> Ball:
 
 
 def _to_whole(params: Any, a: Ball) -> Ball:
-    nearest: Any = np.rint(a.middle)
-    is_sure = np.abs(a.middle - nearest) + a.radius < 0.5
+    nearest = np.asarray(np.rint(a.middle))
+    is_sure = np.abs(np.subtract(a.middle, nearest)) + a.radius < 0.5
     return Ball(nearest, np.where(is_sure, 0.0, a.radius + 1.0), None if np.all(is_sure) else ~is_sure)
 
 
@@ -255,7 +255,8 @@ def _chosen(_: Any, which: Ball, no: Ball, yes: Ball) -> Ball:
     middle, radius = np.where(is_yes, yes.middle, no.middle), np.where(is_yes, yes.radius, no.radius)
     if not is_open.any():
         return Ball(middle, radius)
-    other, its = np.where(is_yes, no.middle, yes.middle), np.where(is_yes, no.radius, yes.radius)
+    other: Any = np.where(is_yes, no.middle, yes.middle)
+    its: Any = np.where(is_yes, no.radius, yes.radius)
     reach = np.where(other == middle, its, np.abs(other - middle) * (1 + 8 * _UNIT) + its)
     return Ball(middle, np.where(is_open, np.maximum(radius, reach), radius), is_open)
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from difflib import get_close_matches
 
 from pydantic_core import PydanticCustomError
 
-from trivet.errors import InputError
+from trivet.errors import InputError, nearest
 from trivet.model.quantity import Quantity
 from trivet.statics.objective import objective
 from trivet.study.roll_grid import Aim
@@ -31,6 +32,8 @@ def read_aims(written: Sequence[str]) -> tuple[Aim, ...]:
             raise InputError(
                 f'objective "{text}": several objectives need what counts as one, as in sigma_min=0.1, K_xx="5 N/um"'
             )
+        if name != "sigma_min" and get_close_matches(name, ["sigma_min"], cutoff=0.6):
+            raise InputError(f"objective '{name}' is not known{nearest(name, ['sigma_min'])}")
         scalar = None if name == "sigma_min" else objective(name)
         found.append(Aim(name, scalar, _unit(text, scalar, one) if sign else 1.0))
     return tuple(found)

@@ -208,6 +208,8 @@ def rules_for(
     signs = closed_form_signs(chosen, mode)
     require_six_each(chosen)
     radius, height = sphere_of(chosen, radius, height)
+    if solid and not bodies:
+        raise InputError("a solid sphere is something that bodies stay clear of; look at bodies as well")
     scene = scene_of(chosen, with_workpiece=solid) if bodies else None
     return Rules(chosen, signs, scene, ball_of((0.0, 0.0, height), radius), radius, limits, tuple(aims)), height
 

@@ -1,0 +1,269 @@
+"""Plans: the paper's question, independent checks at fifty times finer steps, random scenarios, cones, the command."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from plain_azulay import met, rotation
+
+import trivet as t
+from trivet.kinematics.mode import all_modes
+from trivet.model import load
+from trivet.reach.certificate import Touch
+from trivet.study.aims import read_aims
+from trivet.study.cone import cone
+from trivet.study.plan import Plan, plan, plans
+
+FINER = 50
+SCENARIOS = int(os.environ.get("TRIVET_SCENARIOS", "24"))
+"""Random ones; the closing benchmark runs more."""
+
+
+def walked(touch: Touch, step: float) -> np.ndarray:
+    """Coordinates (6, n) along knots, in steps of at most `step` (rad)."""
+    knots = np.stack(touch)
+    parts = []
+    for k in range(knots.shape[1] - 1):
+        count = max(2, math.ceil(np.abs(knots[3:, k + 1] - knots[3:, k]).max() / step))
+        parts.append(knots[:, [k]] + (knots[:, [k + 1]] - knots[:, [k]]) * np.arange(count) / count)
+    return np.concatenate([*parts, knots[:, -1:]], axis=1)
+
+
+def checked(found: Plan, length: float) -> None:
+    """A plan of azulay against plain NumPy, at fifty times finer steps than its grid."""
+    assert found.knots is not None
+    assert found.proof is not None
+    way = walked(found.knots, found.grid.step / FINER)
+    turn = rotation(*way[3:])
+    place = way[:3].T + found.rules.radius * turn[:, :, 2]
+    plain = met(place, turn, found.mode, length)
+    assert plain.closes.all()
+    assert plain.inside.all() or not found.rules.limits
+    assert plain.sigma.min() >= found.proof.demand.sigma_min
+    assert len(set(np.sign(plain.determinant))) == 1
+    assert plain.sigma.min() == pytest.approx(found.sigma_min, rel=0.02)
+    jumps = np.abs(np.angle(np.exp(1j * np.diff(plain.heading, axis=0))))
+    assert jumps.max() < 0.5
+    assert way[4, 0] == 0
+    assert way[4, -1] == found.grid.path.tilt[-1]
+
+
+@pytest.mark.parametrize(("name", "height"), [("azulay", 0.121), ("eclipse", 0.17), ("alizade", 0.157), ("glozman", 0.168)])
+def test_no_machine_of_the_paper_gets_to_the_horizon_in_its_own_mode(name: str, height: float) -> None:
+    """physics.md 5: whatever the roll, limits and bodies, a Type 2 singularity lies across."""
+    for limits in (True, False):
+        found = plan(name, 0.004, height, limits=limits, bodies=limits, step=math.radians(2), rolls=90)
+        assert not found.is_possible
+        assert found.stopped_by == (
+            "start and end lie on different sides of a Type 2 singularity at every roll, whatever limits and bodies"
+        )
+        assert math.radians(15) < found.grid.path.tilt[found.highest] < math.radians(60)
+
+
+def test_another_mode_gets_there_and_it_is_proven() -> None:
+    found = plan("azulay", 0.004, 0.11, mode="++ ++ -+")
+    assert found.is_safe
+    assert found.is_steady
+    assert found.bottleneck == pytest.approx(0.4753, abs=2e-4)
+    assert found.value > 0.98 * found.bottleneck
+    checked(found, 0.216)
+    # Modes that only name the chains differently are worth the same.
+    same = plan("azulay", 0.004, 0.11, mode="-+ ++ ++", proof=False)
+    assert same.bottleneck == pytest.approx(found.bottleneck, rel=1e-3)
+
+
+def test_the_grid_of_a_plan_is_the_plain_one() -> None:
+    found = plan("azulay", 0.004, 0.11, mode="++ ++ -+", bodies=False, proof=False, step=math.radians(3), rolls=60)
+    rows, columns = np.indices(found.grid.shape)
+    touch = np.stack(found.grid.at(rows.ravel(), columns.ravel()))
+    turn = rotation(*touch[3:])
+    plain = met(touch[:3].T + 0.004 * turn[:, :, 2], turn, found.mode, 0.216)
+    is_open = np.isfinite(found.field.value.ravel())
+    assert not np.any(is_open & ~plain.inside)
+    assert np.mean(plain.inside & ~is_open) < 0.02  # what is kept in hand
+    np.testing.assert_allclose(found.field.value.ravel()[is_open], plain.sigma[is_open], rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(found.sides.ravel()[is_open], np.sign(plain.determinant)[is_open])
+
+
+def scenario(seed: int) -> tuple[Plan, float]:
+    rng = np.random.default_rng(seed)
+    length = float(rng.uniform(0.19, 0.24))
+    modes = ["++ ++ ++", "++ ++ -+", "-+ ++ ++", str(rng.choice(all_modes(load("azulay"))))]
+    found = plan(
+        load("azulay", {"link.length": f"{length * 1e3!r} mm"}),
+        float(rng.uniform(0.002, 0.012)),
+        float(rng.uniform(0.07, 0.13)),
+        to=float(rng.uniform(0.1, 1.6)),
+        azimuth=float(rng.uniform(-3, 3)),
+        mode=str(rng.choice(modes)),
+        limits=bool(rng.random() < 0.6),
+        bodies=bool(rng.random() < 0.5),
+        step=math.radians(2),
+        rolls=90,
+    )
+    return found, length
+
+
+def test_random_scenarios_at_fifty_times_finer_steps() -> None:
+    """No plan is told safe whose finer check fails."""
+    safe = 0
+    for seed in range(SCENARIOS):
+        found, length = scenario(seed)
+        if found.is_safe:
+            safe += 1
+            checked(found, length)
+    assert safe > SCENARIOS / 5
+
+
+def test_other_aims() -> None:
+    settings: Any = {"mode": "++ ++ -+", "height": 0.11, "step": math.radians(3), "rolls": 60, "proof": False, "bodies": False}
+    sigma = plan("azulay", **settings)
+    stiff = plan("azulay", aims=read_aims(["K_xx"]), **settings)
+    both = plan("azulay", aims=read_aims(["K_xx=1 N/um", "sigma_min=0.1"]), **settings)
+    assert sigma.along is not None
+    assert stiff.along is not None
+    assert both.along is not None
+    worst = int(stiff.along.value.argmin())
+    there = Touch(*(float(c[worst]) for c in stiff.along.touch))
+    pose = t.pose(
+        "azulay", position=(0.004 * math.sin(there.tilt), 0.0, 0.11 + 0.004 * math.cos(there.tilt)), tilt=there.tilt,
+        roll=there.roll, mode="++ ++ -+",
+    )  # fmt: skip
+    assert stiff.value == pytest.approx(pose.diagonal("K_xx"), rel=1e-6)
+    assert stiff.sigma_min <= sigma.sigma_min
+    pairs = np.minimum(both.along.value * 0 + both.sigma_min / 0.1, np.inf)
+    assert both.value <= pairs.min() + 1e-12
+
+
+def test_a_given_start_is_kept() -> None:
+    roll = math.radians(100)
+    found = plan("azulay", 0.004, 0.11, mode="++ ++ -+", start_roll=roll, step=math.radians(3), rolls=60)
+    assert found.is_safe
+    assert found.knots is not None
+    assert found.knots.roll[0] == pytest.approx(roll)
+    turned = plan("azulay", 0.004, 0.11, mode="++ ++ -+", azimuth=1.0, start_roll=roll, step=math.radians(3), rolls=60)
+    assert turned.knots is not None
+    assert turned.knots.roll[0] + turned.knots.azimuth[0] == pytest.approx(roll)
+
+
+def test_a_way_around_what_the_grid_does_not_see() -> None:
+    """On the best way of this mode a ball crosses the axis of the guides, where its carriage jumps: seen by the proof alone."""
+    found = plan("glozman", mode="++ +- +-")
+    assert found.is_safe
+    assert found.value < 0.3
+    plainly = plan("glozman", mode="++ +- +-", proof=False)
+    assert plainly.value > 0.34
+
+
+def test_a_cone_with_one_roll_for_each_direction() -> None:
+    found = cone("azulay", math.radians(20), step=math.radians(4), rolls=60, azimuths=24)
+    assert found.is_safe
+    assert found.sheet is not None
+    assert found.proof is not None
+    rng = np.random.default_rng(9)
+    rays, rows = found.knots.roll.shape
+    u, v = rng.uniform(0, rays - 1, 20_000), rng.uniform(0, rows - 1, 20_000)
+    i, j = np.minimum(u.astype(int), rays - 2), np.minimum(v.astype(int), rows - 2)
+    p, q = u - i, v - j
+    knots = np.stack(found.knots)
+    way = ((1 - p) * (1 - q) * knots[:, i, j] + p * (1 - q) * knots[:, i + 1, j] + (1 - p) * q * knots[:, i, j + 1]
+           + p * q * knots[:, i + 1, j + 1])  # fmt: skip
+    turn = rotation(*way[3:])
+    plain = met(way[:3].T + 0.004 * turn[:, :, 2], turn, found.mode, 0.216)
+    assert plain.inside.all()
+    assert plain.sigma.min() >= found.proof.least.sigma_min
+    assert len(set(np.sign(plain.determinant))) == 1
+    # At the pole all azimuths mean one pose.
+    heading = (found.knots.azimuth + found.knots.roll)[:, 0]
+    np.testing.assert_allclose(heading, heading[0], atol=1e-12)
+    np.testing.assert_allclose(found.knots.roll[0] - 2 * np.pi, found.knots.roll[-1], atol=1e-12)
+
+
+def test_a_cone_beyond_the_ring_has_no_roll() -> None:
+    found = cone("azulay", math.radians(44), step=math.radians(4), rolls=60, azimuths=12)
+    assert found.sheet is None
+    assert math.radians(20) < found.largest < math.radians(36)
+
+
+def test_modes_in_order() -> None:
+    study = plans(["azulay"], [0.11], ["++ ++ ++", "++ ++ -+"], proof=False, step=math.radians(3), rolls=60)
+    assert [found.mode for found in study.plans] == ["++ ++ -+", "++ ++ ++"]
+    everything = plans(["alizade"], modes=["all"], proof=False, step=math.radians(5), rolls=36, bodies=False)
+    assert len(everything.plans) == 8
+
+
+# The command.
+
+
+def test_a_plan_in_words(trivet: Any) -> None:
+    code, out, _ = trivet("plan", "azulay", "--mode", "++ ++ -+", "--height", "110 mm", "--step", "3 deg", "--rolls", "60")
+    assert code == 0
+    assert "PROVEN between these poses too" in out
+    code, out, _ = trivet("plan", "azulay", "--step", "3 deg", "--rolls", "60")
+    assert code == 0
+    assert "NO way: start and end lie on different sides" in out
+
+
+def test_a_plan_as_json_and_files(trivet: Any, tmp_path: Path) -> None:
+    arguments = ("plan", "azulay", "alizade", "--mode", "all", "--step", "10 deg", "--rolls", "24", "--no-proof", "--no-bodies")
+    code, out, _ = trivet(*arguments[:1], *arguments[2:], "--figure", "a.png", "--figure", "a.html", "--json")
+    assert code == 0
+    found = json.loads(out)["plans"]
+    assert len(found) == 8
+    assert found[0]["possible"]
+    assert found[0]["knots"]["tilt_rad"][-1] == pytest.approx(math.pi / 2)
+    assert all((tmp_path / name).stat().st_size > 10_000 for name in ("a.png", "a.html"))
+    one = ("plan", "azulay", "--mode", "++ ++ -+", "--height", "110 mm", "--step", "5 deg", "--rolls", "36")
+    code, _, _ = trivet(*one, "--figure", "b.png", "--figure", "b.html")
+    assert code == 0
+    assert all((tmp_path / name).stat().st_size > 10_000 for name in ("b.png", "b.html"))
+    code, out, _ = trivet(
+        "plan", "azulay", "--cone", "8 deg", "--step", "4 deg", "--figure", "c.png", "--figure", "c.html", "--json"
+    )
+    assert code == 0
+    assert json.loads(out)["safe"]
+    assert all((tmp_path / name).stat().st_size > 10_000 for name in ("c.png", "c.html"))
+
+
+@pytest.mark.parametrize(("arguments", "words"), [
+    (("plan", "azulay", "--objective", "sigma_max"), "did you mean"),
+    (("plan", "azulay", "--objective", "sigma_min", "--objective", "K_xx"), "what counts as one"),
+    (("plan", "azulay", "--objective", "K_xx=3 mm"), "objective"),
+    (("plan", "azulay", "--objective", "sigma_min=-1"), "above zero"),
+    (("plan", "azulay", "--sigma", "0"), "must be above zero"),
+    (("plan", "azulay", "--to", "200 deg"), "up to 180 deg"),
+    (("plan", "azulay", "--step", "0 deg"), "step"),
+    (("plan", "azulay", "--rolls", "3"), "at least 8 rolls"),
+    (("plan", "azulay", "--rolls", "100000000"), "no more than"),
+    (("plan", "azulay", "--mode", "+"), "has the signs"),
+    (("plan", "azulay", "--radius", "0 mm"), "must be greater than zero"),
+    (("plan", "azulay", "--cone", "95 deg"), "up to 90 deg"),
+    (("plan", "azulay", "eclipse", "--cone", "5 deg"), "one machine"),
+    (("plan", "azulay", "--solid", "--no-bodies"), "look at bodies"),
+    (("plan", "rmmt@nothing=1"), "nothing"),
+    (("plan",), "MACHINE"),
+])  # fmt: skip
+def test_wrong_input_is_one_line_and_exit_code_2(arguments: tuple[str, ...], words: str, trivet: Any) -> None:
+    code, out, err = trivet(*arguments)
+    assert code == 2
+    assert not out
+    assert words in err
+    assert len(err.strip().splitlines()) == 1
+
+
+def test_starts_and_ends_that_are_not_reached_are_named() -> None:
+    low = plan("azulay", 0.004, 0.03, step=math.radians(5), rolls=36)
+    assert low.stopped_by.startswith("at the start leg-1.slide at ")
+    assert "is above its limit" in low.stopped_by or "is below its limit" in low.stopped_by
+    touching = plan("azulay", 0.004, 0.11, mode="-- -- --", limits=False, step=math.radians(5), rolls=36)
+    assert touching.stopped_by.startswith("at the start leg-")
+    assert "mm apart" in touching.stopped_by
+    end = plan("azulay", 0.004, 0.121, neutral="normal", to=1.0, step=math.radians(5), rolls=36)
+    assert "ball deviation" in end.stopped_by
+    assert end.stopped_by.startswith("beyond tilt ")
