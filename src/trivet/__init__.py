@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from trivet.space.pose import zyz_frame
     from trivet.space.surface import Surface, hemisphere
     from trivet.study.comparison import Comparison, compare
+    from trivet.study.cone import ConePlan, cone
     from trivet.study.datasets import save
     from trivet.study.dynamic_comparison import DynamicComparison, compare_dynamics
     from trivet.study.dynamics import DynamicsReport, Loading, dynamics_report
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from trivet.study.modes import ModesReport, modes
     from trivet.study.motion import MotionReport, motion
     from trivet.study.pathfile import read_path
+    from trivet.study.plan import Plan, PlanStudy, plan, plans
     from trivet.study.pose import PoseReport, pose
     from trivet.study.simulation import Simulation, simulate
     from trivet.study.singularity import SingularityReport, singularity_report
@@ -60,6 +62,7 @@ _HOMES = {
     "trivet.space.pose": ("zyz_frame",),
     "trivet.space.surface": ("Surface", "hemisphere"),
     "trivet.study.comparison": ("Comparison", "compare"),
+    "trivet.study.cone": ("ConePlan", "cone"),
     "trivet.study.datasets": ("save",),
     "trivet.study.dynamic_comparison": ("DynamicComparison", "compare_dynamics"),
     "trivet.study.dynamics": ("DynamicsReport", "Loading", "dynamics_report"),
@@ -69,6 +72,7 @@ _HOMES = {
     "trivet.study.modes": ("ModesReport", "modes"),
     "trivet.study.motion": ("MotionReport", "motion"),
     "trivet.study.pathfile": ("read_path",),
+    "trivet.study.plan": ("Plan", "PlanStudy", "plan", "plans"),
     "trivet.study.pose": ("PoseReport", "pose"),
     "trivet.study.simulation": ("Simulation", "simulate"),
     "trivet.study.singularity": ("SingularityReport", "singularity_report"),
@@ -86,14 +90,14 @@ _HOMES = {
 }
 
 __all__ = [
-    "Comparison", "DynamicComparison", "DynamicsReport", "Forward", "FrequencyResponse", "InputError", "Limits",
-    "Loading", "Machine", "Minimum", "ModesReport", "MotionReport", "NoResultError", "OrientationReport", "PoseReport",
-    "Simulation", "SingularityMap", "SingularityReport", "StiffnessMap", "Surface", "TiltReport", "TiltStudy",
-    "Trajectory", "TrivetError", "WorkspaceReport", "WorkspaceStudy", "catalogue", "circle", "compare",
-    "compare_dynamics", "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere", "load",
-    "minimum_dynamic_stiffness", "modes", "motion", "orientation_workspace", "parse", "pose", "read_path", "save",
-    "schema", "simulate", "singularity_map", "singularity_report", "stiffness_map", "straight", "switched", "through",
-    "tilt", "tilts", "timed", "to_mjcf", "to_text", "to_urdf", "workspace", "workspaces", "write", "write_mjcf",
+    "Comparison", "ConePlan", "DynamicComparison", "DynamicsReport", "Forward", "FrequencyResponse", "InputError", "Limits",
+    "Loading", "Machine", "Minimum", "ModesReport", "MotionReport", "NoResultError", "OrientationReport", "Plan",
+    "PlanStudy", "PoseReport", "Simulation", "SingularityMap", "SingularityReport", "StiffnessMap", "Surface", "TiltReport",
+    "TiltStudy", "Trajectory", "TrivetError", "WorkspaceReport", "WorkspaceStudy", "catalogue", "circle", "compare",
+    "compare_dynamics", "cone", "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere", "load",
+    "minimum_dynamic_stiffness", "modes", "motion", "orientation_workspace", "parse", "plan", "plans", "pose", "read_path",
+    "save", "schema", "simulate", "singularity_map", "singularity_report", "stiffness_map", "straight", "switched",
+    "through", "tilt", "tilts", "timed", "to_mjcf", "to_text", "to_urdf", "workspace", "workspaces", "write", "write_mjcf",
     "write_urdf", "zyz_frame",
 ]  # fmt: skip
 

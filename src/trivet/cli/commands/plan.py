@@ -53,8 +53,13 @@ def run(
     limits: Annotated[bool, typer.Option("--limits/--no-limits", help="Whether joints must stay inside their travel.")] = True,
     bodies: Annotated[bool, typer.Option("--bodies/--no-bodies", help="Whether bodies must stay apart.")] = True,
     solid: Annotated[bool, typer.Option("--solid", help="Whether bodies must stay clear of the sphere as well.")] = False,
-    step: Annotated[str, typer.Option("--step", help="Step of the tilt on the first grid.")] = "1 deg",
-    rolls: Annotated[int, typer.Option("--rolls", help="Rolls of the first grid, evenly all round.")] = 180,
+    step: Annotated[
+        str | None, typer.Option("--step", help="Step of the tilt on the first grid; 1 deg, or 2 deg of a cone, by default.")
+    ] = None,
+    rolls: Annotated[
+        int | None,
+        typer.Option("--rolls", help="Rolls of the first grid, evenly all round; 180, or 120 of a cone, by default."),
+    ] = None,
     proof: Annotated[bool, typer.Option("--proof/--no-proof", help="Whether to prove that the way is free.")] = True,
     sigma: Annotated[
         float | None,
@@ -85,6 +90,10 @@ def run(
         "proof": proof,
         "sigma": sigma,
     }
+    if step is not None:
+        common["step"] = o.quantity("--step", step, "angle", "rad", True)
+    if rolls is not None:
+        common["rolls"] = rolls
     if within is not None:
         if len(chosen) > 1 or len(height or []) > 1 or len(modes or []) > 1 or start_roll is not None:
             raise InputError("--cone: takes one machine, height and mode at a time, and no --roll")
@@ -108,8 +117,6 @@ def run(
             to=o.quantity("--to", to, "angle", "rad", True),
             azimuth=o.quantity("--azimuth", azimuth, "angle", "rad"),
             start_roll=o.quantity("--roll", start_roll, "angle", "rad"),
-            step=o.quantity("--step", step, "angle", "rad", True),
-            rolls=rolls,
             progress=advance,
             **common,
         )
