@@ -8,17 +8,20 @@ import os
 from pathlib import Path
 from typing import Any
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from plain_azulay import met, rotation
 
 import trivet as t
 from trivet.kinematics.mode import all_modes
-from trivet.model import load
+from trivet.model import dimensions, load
 from trivet.reach.certificate import Touch
+from trivet.study.advice import _margin, advice
 from trivet.study.aims import read_aims
 from trivet.study.cone import cone
-from trivet.study.plan import Plan, plan, plans
+from trivet.study.plan import Plan, plan, plans, with_dimension
 
 FINER = 50
 SCENARIOS = int(os.environ.get("TRIVET_SCENARIOS", "24"))
@@ -267,3 +270,43 @@ def test_starts_and_ends_that_are_not_reached_are_named() -> None:
     end = plan("azulay", 0.004, 0.121, neutral="normal", to=1.0, step=math.radians(5), rolls=36)
     assert "ball deviation" in end.stopped_by
     assert end.stopped_by.startswith("beyond tilt ")
+
+
+def test_advice_names_changes_that_let_a_mode_pass() -> None:
+    stopped = plan("azulay", 0.004, 0.121, mode="++ ++ -+", step=math.radians(3), rolls=60, proof=False)
+    assert "below its limit" in stopped.stopped_by
+    changes = {change.dimension: change for change in advice(stopped)}
+    link = changes["chains.leg.elements.link.length"]
+    assert link.passes
+    assert link.needed == pytest.approx(0.2194, abs=2e-4)
+    assert link.written == ("216 mm", f"{link.needed * 1e3:.5g} mm")
+    assert changes["height of the sphere"].needed == pytest.approx(0.1151, abs=2e-4)
+    longer = load("azulay", {"link.length": f"{link.needed * 1e3!r} mm"})
+    assert plan(longer, 0.004, 0.121, mode="++ ++ -+", step=math.radians(3), rolls=60).is_safe
+    assert not advice(plan("azulay", 0.004, 0.121, step=math.radians(3), rolls=60, proof=False))
+
+
+def test_slopes_of_the_worst_margin_against_differences() -> None:
+    stopped = plan("azulay", 0.004, 0.121, mode="++ ++ -+", step=math.radians(3), rolls=60, proof=False)
+    worst = Touch(*(np.float64(v) for v in (0.0, 0.0, 0.121, 0.3, 0.4, 1.0)))
+    machine, signs = stopped.machine, np.asarray(stopped.rules.signs)
+    slopes = dimensions(jax.grad(_margin)(jax.tree.map(jnp.asarray, machine), worst.z, worst, 0.004, signs))
+    moved = 0
+    for name, now in dimensions(machine).items():
+        step = 1e-6 * max(abs(float(now)), 1e-3)
+        ends = [
+            float(_margin(with_dimension(machine, name, float(now) + s), worst.z, worst, 0.004, signs)) for s in (-step, step)
+        ]
+        assert float(slopes[name]) == pytest.approx((ends[1] - ends[0]) / (2 * step), rel=1e-5, abs=1e-7)
+        moved += ends[0] != ends[1]
+    assert moved >= 4
+
+
+def test_advice_in_words(trivet: Any) -> None:
+    arguments = ("plan", "azulay", "--mode", "++ ++ -+", "--step", "5 deg", "--rolls", "36", "--advise")
+    code, out, _ = trivet(*arguments)
+    assert code == 0
+    assert "link.length" in out
+    code, out, _ = trivet(*arguments, "--json")
+    assert code == 0
+    assert json.loads(out)["advice"][0]["passes"]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import jax
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,7 +16,8 @@ from trivet.errors import InputError
 from trivet.kinematics.jacobian import require_six_each
 from trivet.kinematics.mode import all_modes, closed_form_signs, mode_text
 from trivet.kinematics.report import joint_states, shortfall
-from trivet.model import Machine
+from trivet.model import Machine, dimensions
+from trivet.model.check import check
 from trivet.reach.certificate import Demand, Patches, Proof, Prover, Touch
 from trivet.reach.margins import control, nearest_bodies, travel_margin
 from trivet.reach.neutral import Reference, with_neutral
@@ -61,6 +63,8 @@ class Plan:
     mode: str
     neutral: Reference
     grid: RollGrid
+    start: Array
+    """(rows, columns) where the way may begin."""
     field: Field
     """Over the grid."""
     knots: Touch | None
@@ -185,11 +189,32 @@ def plan(
     """
     _check(to, step, rolls, sigma)
     rules, height = rules_for(machine, radius, height, mode, neutral, aims, limits, bodies, solid)
+    rules = rules._replace(least_sigma=sigma or 0.0)
     tilts = np.linspace(0.0, to, max(2, round(to / step) + 1))
     still = (np.full(len(tilts), value) for value in (0.0, 0.0, height, azimuth, (start_roll or 0.0) - azimuth))
     x, y, z, alpha, gamma = still
     grid = RollGrid(Touch(x, y, z, alpha, tilts, gamma), 2 * math.pi / rolls, rolls)
     return _planned(rules, grid, neutral, start_roll is None, _Wish(proof, sigma), progress)
+
+
+def replanned(plan: Plan, dimension: str | None, value: float) -> Plan:
+    """A plan once more, without a proof, with one dimension of the machine changed, or with the height of the sphere (None)."""
+    rules, grid = plan.rules, plan.grid
+    if dimension is None:
+        grid = grid._replace(path=grid.path._replace(z=np.full(len(grid.path.z), value)))
+    else:
+        rules = rules._replace(machine=with_dimension(plan.machine, dimension, value))
+        check(rules.machine)
+    field = field_of(rules, grid)
+    return _attempt(rules, grid, plan.neutral, field, plan.start, [], _Wish(False, None), lambda looked, left: None)
+
+
+def with_dimension(machine: Machine, dimension: str, value: float) -> Machine:
+    """A machine with one of its `dimensions` changed (SI), as yet unchecked."""
+    leaves, structure = jax.tree.flatten(machine)
+    leaves[list(dimensions(machine)).index(dimension)] = value
+    changed: Machine = jax.tree.unflatten(structure, leaves)
+    return changed
 
 
 def rules_for(
@@ -309,10 +334,10 @@ def _attempt(
     mode = mode_text(rules.machine, rules.signs)
     if way is None:
         stop = _stop(rules, grid, start, field, highest)
-        return Plan(rules, mode, neutral, grid, field, None, math.nan, True, highest, stop, None)
+        return Plan(rules, mode, neutral, grid, start, field, None, math.nan, True, highest, stop, None)
     knots = simplified(rules, grid, *refined(rules, grid, way, side, start, blocked))
     proof = _proof(rules, grid, knots, wish.sigma, progress) if wish.proof else None
-    return Plan(rules, mode, neutral, grid, field, knots, way.value, way.is_steady, highest, "", proof)
+    return Plan(rules, mode, neutral, grid, start, field, knots, way.value, way.is_steady, highest, "", proof)
 
 
 def _proof(rules: Rules, grid: RollGrid, knots: Touch, sigma: float | None, progress: Callable[[int, int], None]) -> Proof:

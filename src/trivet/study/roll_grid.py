@@ -42,9 +42,9 @@ class Aim(NamedTuple):
     """A value that is to be great at the worst place of a way."""
 
     name: str
-    """"sigma_min", or an objective of the stiffness."""
+    """"sigma_min", "travel" (the least margin of all joints), or an objective of the stiffness."""
     scalar: Objective | None
-    """None for sigma_min."""
+    """Of the stiffness; None for the others."""
     unit: float
     """What counts as one, SI; of several aims the worst value over its unit decides."""
 
@@ -63,6 +63,8 @@ class Rules(NamedTuple):
     limits: bool
     """Whether joints must stay inside their travel."""
     aims: tuple[Aim, ...]
+    least_sigma: float = 0.0
+    """sigma_min below which a pose is not allowed."""
 
     @property
     def gap(self) -> float:
@@ -158,7 +160,8 @@ def field_of(rules: Rules, grid: RollGrid, mask: Array | None = None) -> Field:
         rows, columns, poses = rows[good], columns[good], some(poses, good)
     if len(rows):
         found = control(rules.machine, poses, rules.signs)
-        value[rows, columns] = np.where(found.side == 0, -np.inf, _worth(rules, poses, found.sigma_min))
+        good = (found.side != 0) & (found.sigma_min >= rules.least_sigma)
+        value[rows, columns] = np.where(good, _worth(rules, poses, found.sigma_min), -np.inf)
         side[rows, columns] = np.where(np.isfinite(value[rows, columns]), found.side, 0.0)
     return Field(value, side)
 
@@ -167,7 +170,7 @@ def _worth(rules: Rules, poses: Frame, sigma: Array) -> Array:
     """The least of all aims, each over its unit; minus infinity where one of them is not known."""
     least = np.full(len(sigma), np.inf)
     for aim in rules.aims:
-        own = sigma
+        own = travel_margin(rules.machine, poses, rules.signs) if aim.name == "travel" else sigma
         if aim.scalar is not None:
             mechanism = jax.tree.map(jnp.asarray, rules.machine.mechanism)
             own = in_batches(partial(_stiffness, mechanism, signs=rules.signs, scalar=aim.scalar), poses)

@@ -65,6 +65,10 @@ def run(
         float | None,
         typer.Option("--sigma", help="sigma_min that is to be proven; four fifths of the least on the way by default."),
     ] = None,
+    advise: Annotated[
+        bool,
+        typer.Option("--advise", help="Where travel stops the one way asked for: which smallest change would let it pass."),
+    ] = False,
     settings: o.Settings = None,
     out: DataOutput,
 ) -> None:
@@ -72,6 +76,7 @@ def run(
     from trivet.cli.views import cone as cone_view
     from trivet.cli.views import plan as view
     from trivet.errors import InputError
+    from trivet.study.advice import advice
     from trivet.study.aims import read_aims
     from trivet.study.cone import cone
     from trivet.study.machines import choose, parse_settings
@@ -120,4 +125,6 @@ def run(
             progress=advance,
             **common,
         )
-    out.give(study, view)
+    if advise and len(study.plans) > 1:
+        raise InputError("--advise: of one machine, height and mode at a time")
+    out.give(study, view, advice(study.plans[0]) if advise else None)

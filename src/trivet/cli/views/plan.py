@@ -10,6 +10,7 @@ from trivet.cli.views.layout import table
 from trivet.cli.views.si import finite
 from trivet.kinematics.mode import mode_words
 from trivet.reach.certificate import Demand, Proof, Touch
+from trivet.study.advice import Change
 from trivet.study.plan import Plan, PlanStudy
 from trivet.study.roll_grid import Rules
 
@@ -19,10 +20,12 @@ SHOWN = 40
 """Rows of a table, at most."""
 
 
-def tables(study: PlanStudy) -> Iterator[Any]:
-    """One way in full, or a row for each."""
+def tables(study: PlanStudy, advice: tuple[Change, ...] | None = None) -> Iterator[Any]:
+    """One way in full, with advice where it was asked for, or a row for each."""
     if len(study.plans) == 1:
         yield from _one(study.plans[0])
+        if advice is not None and not study.plans[0].is_possible:
+            yield _advice(advice)
         return
     groups = _grouped(study.plans)
     found = table(
@@ -35,6 +38,16 @@ def tables(study: PlanStudy) -> Iterator[Any]:
     if len(groups) > SHOWN:
         yield f"and {len(groups) - SHOWN} more rows; all of them with --json"
     yield rules_words(study.plans[0].rules)
+
+
+def _advice(changes: tuple[Change, ...]) -> Any:
+    if not changes:
+        return "advice: it is not joints' travel alone that stops it; no change of a dimension was tried"
+    found = table("one change each, the smallest first", "dimension", "now", "needed", "change", "a way then")
+    for change in changes:
+        part = f"{100 * change.part:.1f} %" if math.isfinite(change.part) else "–"
+        found.add_row(change.dimension, *change.written, part, "yes" if change.passes else "not with that alone")
+    return found
 
 
 def _grouped(plans: tuple[Plan, ...]) -> list[list[Plan]]:
@@ -145,9 +158,14 @@ def _gap(gap: float) -> str:
     return f"{gap * 1e3:.2f}" if math.isfinite(gap) else "–"
 
 
-def as_json(study: PlanStudy) -> dict[str, Any]:
-    """Every plan."""
-    return {"plans": [_plan(plan) for plan in study.plans]}
+def as_json(study: PlanStudy, advice: tuple[Change, ...] | None = None) -> dict[str, Any]:
+    """Every plan, and advice where it was asked for."""
+    found: dict[str, Any] = {"plans": [_plan(plan) for plan in study.plans]}
+    if advice is not None:
+        found["advice"] = [
+            {"dimension": c.dimension, "now_SI": c.now, "needed_SI": c.needed, "passes": c.passes} for c in advice
+        ]
+    return found
 
 
 def _plan(plan: Plan) -> dict[str, Any]:
