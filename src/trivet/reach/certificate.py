@@ -12,6 +12,7 @@ A patch for which that does not suffice is cut in two, until it does or the budg
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import jax
@@ -172,9 +173,7 @@ class Prover:
         if scene is not None and scene.meshed.pairs:
             raise InputError(f"{machine.name}: bodies with meshes have no proofs; describe them by capsules, boxes and spheres")
         self.machine, self.signs, self.scene, self.radius, self.workpiece = machine, signs, scene, radius, workpiece
-        self._traced: dict[int, enclosure.Enclosure] = {}
-        self._places: list[tuple[int, ...]] = []
-        self._gauges: list[Gauge] = []
+        self._leaves, self._structure = jax.tree.flatten((machine, np.asarray(signs, dtype=float), radius, workpiece))
 
     def prove(
         self, patches: Patches, demand: Demand, budget: int, progress: Callable[[int, int], None] = lambda looked, left: None
@@ -236,36 +235,20 @@ class Prover:
             for start in range(0, count, PATCHES):
                 yield patches.some(np.minimum(np.arange(start, start + PATCHES), count - 1))
 
-        edges = 3 if np.any(patches.second) else 1
-        if edges not in self._traced:
-            self._traced[edges] = enclosure.Enclosure(self._quantities, [np.zeros(PATCHES)] * 6, edges)
-        found = list(in_threads(lambda part: self._bounds(part, self._traced[edges], edges), parts()))
+        traced = _traced(self._structure, self.scene, 3 if np.any(patches.second) else 1)
+        found = list(in_threads(lambda part: self._bounds(part, traced), parts()))
         return jax.tree.map(lambda *columns: np.concatenate(columns)[:count], *found)
 
-    def _quantities(self, *coordinates: Any) -> Any:
-        machine, pose = self.machine, Touch(*coordinates).frame(self.radius)
-        groups = alike(machine.legs_unnamed)
-        stands = [group.stand(pose, self.signs) for group in groups]
-        limited = [g for group, stand in zip(groups, stands, strict=True) for g in gauges(group.leg, stand, pose)]
-        self._gauges = [g._replace(value=None, low=None, high=None) for g in limited]
-        travels = [(g.value, g.low, g.high) for g in limited]
-        shapes = []
-        if self.scene is not None:
-            found = placed(self.scene, machine, groups, stands, pose, self.workpiece)
-            self._places, shapes = [parts for parts, _ in found.values()], [own for _, own in found.values()]
-        joints = [jax.tree.leaves(stand.coordinates) for stand in stands]
-        rows = forces(machine.legs_unnamed, machine.characteristic_length, pose, self.signs)
-        return [stand.reach for stand in stands], joints, travels, rows, shapes
-
-    def _bounds(self, patches: Patches, enclose: enclosure.Enclosure, edges: int) -> tuple[Array, Bounds, Bounds]:
-        reaches, joints, travels, rows, shapes = enclose(list(patches.middle), [list(edge) for edge in patches[1 : edges + 1]])
+    def _bounds(self, patches: Patches, traced: _Traced) -> tuple[Array, Bounds, Bounds]:
+        edges = [list(edge) for edge in patches[1 : traced.edges + 1]]
+        reaches, joints, travels, rows, shapes = traced.enclosure(list(patches.middle), edges, self._leaves)
         is_smooth = np.ones(PATCHES, dtype=bool)
         for reach in reaches:
             is_smooth &= np.all(reach.middle > reach.radius, axis=0)
         for joint in jax.tree.leaves(joints, is_leaf=_is_ball):
             is_smooth &= np.all(np.isfinite(np.atleast_2d(joint.radius + joint.middle)), axis=0)
         travel, at_travel = np.ones(PATCHES), np.ones(PATCHES)
-        for gauge, (value, low, high) in zip(self._gauges, travels, strict=True):
+        for gauge, (value, low, high) in zip(traced.gauges, travels, strict=True):
             gauge = gauge._replace(low=low.middle, high=high.middle)
             own = gauge._replace(value=value.middle).margin
             # No margin is convex in the value: the least is at an end.
@@ -273,7 +256,7 @@ class Prover:
             worst = np.min([end.min(axis=0) for end in ends], axis=0) - SPARE
             travel, at_travel = np.minimum(travel, worst), np.minimum(at_travel, np.asarray(own).min(axis=0))
         sigma, at_sigma = self._controlled(rows)
-        gap, at_gap = self._apart(patches, shapes)
+        gap, at_gap = self._apart(patches, traced.places, shapes)
         return is_smooth, Bounds(travel, gap, sigma), Bounds(at_travel, at_gap, at_sigma)
 
     def _controlled(self, rows: list[list[enclosure.Ball]]) -> tuple[Array, Array]:
@@ -297,18 +280,57 @@ class Prover:
         )
         return np.where(np.isnan(change), -np.inf, least - change * (1 + SPARE)), least
 
-    def _apart(self, patches: Patches, shapes: list[Any]) -> tuple[Array, Array]:
+    def _apart(self, patches: Patches, places: list[tuple[int, ...]], shapes: list[Any]) -> tuple[Array, Array]:
         """Bounds of the clearance, and the clearance at the middles."""
         if self.scene is None or not self.scene.pairs:
             return np.full(PATCHES, FAR), np.full(PATCHES, FAR)
         poses = jax.tree.map(np.asarray, Touch(*patches.middle).frame(self.radius))
         gaps = all_distances(self.machine, self.scene, poses, self.signs, self.workpiece) - SPARE
         moved = np.zeros((PATCHES, len(self.scene.parts)))
-        for parts, shape in zip(self._places, shapes, strict=True):
+        for parts, shape in zip(places, shapes, strict=True):
             moved[:, list(parts)] = np.broadcast_to(_displaced(shape), (len(parts), PATCHES)).T
         one, two = np.array(self.scene.pairs).T
         bounds = gaps - (moved[:, one] + moved[:, two]) * (1 + SPARE)
         return np.where(np.isnan(bounds), -np.inf, bounds).min(axis=1), np.where(np.isnan(gaps), -np.inf, gaps).min(axis=1)
+
+
+class _Traced(NamedTuple):
+    """The kinematics of machines of one topology, ready to be bounded."""
+
+    enclosure: enclosure.Enclosure
+    edges: int
+    gauges: list[Gauge]
+    """In the order of the travels, without numbers."""
+    places: list[tuple[int, ...]]
+    """In the order of the shapes, which parts of the scene they are."""
+
+
+@lru_cache(maxsize=32)
+def _traced(structure: Any, scene: Scene | None, edges: int) -> _Traced:
+    kept: list[Gauge] = []
+    places: list[tuple[int, ...]] = []
+
+    def quantities(*values: Any) -> Any:
+        machine, signs, radius, workpiece = jax.tree.unflatten(structure, values[6:])
+        pose = Touch(*values[:6]).frame(radius)
+        groups = alike(machine.legs_unnamed)
+        stands = [group.stand(pose, signs) for group in groups]
+        limited = [g for group, stand in zip(groups, stands, strict=True) for g in gauges(group.leg, stand, pose)]
+        kept[:] = [Gauge(None, None, None, None, g.scale) for g in limited]  # type: ignore[arg-type]
+        shapes = []
+        if scene is not None:
+            found = placed(scene, machine, groups, stands, pose, workpiece)
+            places[:], shapes = [parts for parts, _ in found.values()], [own for _, own in found.values()]
+        joints = [jax.tree.leaves(stand.coordinates) for stand in stands]
+        rows = forces(machine.legs_unnamed, machine.characteristic_length, pose, signs)
+        return [stand.reach for stand in stands], joints, [(g.value, g.low, g.high) for g in limited], rows, shapes
+
+    examples = [np.zeros(PATCHES)] * 6
+    # Of the legs' signs the shape matters as well; all other numbers are scalars.
+    fixed = jax.tree.unflatten(structure, [0.0] * structure.num_leaves)
+    machine, _, radius, workpiece = fixed
+    fixed = jax.tree.leaves((machine, np.ones((len(machine.legs), 2)), radius, workpiece))
+    return _Traced(enclosure.Enclosure(quantities, examples, edges, fixed), edges, kept, places)
 
 
 def _displaced(shape: Any) -> Array:

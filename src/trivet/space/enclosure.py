@@ -45,43 +45,50 @@ class Ball(NamedTuple):
 class Enclosure:
     """A function of arrays, traced for boxes of one shape."""
 
-    def __init__(self, function: Callable[..., Any], arguments: Sequence[Array], edges: int) -> None:
+    def __init__(
+        self, function: Callable[..., Any], arguments: Sequence[Array], edges: int, fixed: Sequence[Array] = ()
+    ) -> None:
         """Trace a function.
 
         Args:
             function: of arrays, written with JAX; gives a tree of arrays.
-            arguments: examples of them.
+            arguments: examples of those which have a box.
             edges: how many the boxes have.
+            fixed: examples of further arguments, which are the same all over a box.
 
         Raises:
             NotImplementedError: names an operation that has no rule here.
         """
         many = len(arguments)
+        both = [*arguments, *fixed]
 
         def numbers(*values: Any) -> Any:
             return jax.tree.map(lambda found: jnp.asarray(found, dtype=float), function(*values))
 
         def slopes(*values: Any) -> Any:
-            _, along = jax.linearize(numbers, *values[:many])
-            return [along(*values[many * (k + 1) : many * (k + 2)]) for k in range(edges)]
+            rest, tangents = values[many : len(both)], values[len(both) :]
+            _, along = jax.linearize(lambda *own: numbers(*own, *rest), *values[:many])
+            return [along(*tangents[many * k : many * (k + 1)]) for k in range(edges)]
 
-        self._values, shape = jax.make_jaxpr(numbers, return_shape=True)(*arguments)
-        self._slopes = jax.make_jaxpr(slopes)(*(list(arguments) * (edges + 1)))
+        self._values, shape = jax.make_jaxpr(numbers, return_shape=True)(*both)
+        self._slopes = jax.make_jaxpr(slopes)(*both, *(list(arguments) * edges))
         self._tree = jax.tree.structure(shape)
 
-    def __call__(self, middles: Sequence[Array], edges: Sequence[Sequence[Array]]) -> Any:
+    def __call__(self, middles: Sequence[Array], edges: Sequence[Sequence[Array]], fixed: Sequence[Array] = ()) -> Any:
         """The results over boxes, a tree of balls.
 
         Args:
             middles: of the boxes, for each argument.
             edges: for every edge half of it, for each argument: a box is all middles + sum of t_k edge_k, -1 <= t_k <= 1.
+            fixed: the further arguments.
         """
         with np.errstate(all="ignore"):
             points = [Ball(np.asarray(c, dtype=float), 0.0) for c in middles]
             spread = [Ball(p.middle, _up(sum(np.abs(edge[k]) for edge in edges))) for k, p in enumerate(points)]
             along = [Ball(np.asarray(c, dtype=float), 0.0) for edge in edges for c in edge]
-            found, wholes = (_evaluated(self._values, given) for given in (points, spread))
-            slopes = _evaluated(self._slopes, [*spread, *along])
+            rest = [Ball(np.asarray(value), 0.0) for value in fixed]
+            found, wholes = (_evaluated(self._values, [*given, *rest]) for given in (points, spread))
+            slopes = _evaluated(self._slopes, [*spread, *rest, *along])
             count, balls = len(found), []
             for k, (point, whole) in enumerate(zip(found, wholes, strict=True)):
                 radius = point.radius
