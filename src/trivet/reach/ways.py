@@ -117,10 +117,18 @@ def _cost(values: Array, least: float) -> Array:
 def _steady(cost: Array, start: Array, end: Array, *, all_round: bool) -> tuple[Array, Array] | None:
     """The cheapest way from the first row to the last that never goes back: row by row."""
     rows, columns = cost.shape
+    turns = 3 if all_round else 1
+    wide = np.tile(cost, (1, turns))
+    up, down = np.cumsum(wide, axis=1), np.cumsum(wide[:, ::-1], axis=1)
+    middle = slice(columns, 2 * columns) if all_round else slice(None)
     best = np.empty(cost.shape)
     entered = np.where(start, 0.0, np.inf)
     for row in range(rows):
-        best[row] = _along(entered, cost[row], all_round)
+        # The least cost at each place of a row which is entered at some cost, and along which every step costs its place's.
+        own = np.concatenate([entered] * turns)
+        forth = np.minimum.accumulate(own - up[row]) + up[row]
+        back = (np.minimum.accumulate(own[::-1] - down[row]) + down[row])[::-1]
+        best[row] = np.minimum(forth[middle], back[middle])
         if row + 1 < rows:
             entered = best[row] + cost[row + 1]
     last = np.where(end, best[-1], np.inf)
@@ -140,19 +148,6 @@ def _steady(cost: Array, start: Array, end: Array, *, all_round: bool) -> tuple[
             column = min(sides, key=lambda c: best[row, c % columns])
         found.append((row, column))
     return tuple(np.array(found[::-1]).T)
-
-
-def _along(entered: Array, cost: Array, all_round: bool) -> Array:
-    """The least cost at each place of a row that is entered at some cost and on which every step costs its place's."""
-    turns = 3 if all_round else 1
-    entered, cost = np.tile(entered, turns), np.tile(cost, turns)
-    up = np.cumsum(cost)
-    forth = np.minimum.accumulate(entered - up) + up
-    down = np.cumsum(cost[::-1])
-    back = (np.minimum.accumulate(entered[::-1] - down) + down)[::-1]
-    best = np.minimum(forth, back)
-    size = len(best) // turns
-    return best[size : 2 * size] if all_round else best
 
 
 def _any(cost: Array, start: Array, end: Array, *, all_round: bool) -> tuple[Array, Array]:

@@ -19,6 +19,7 @@ from trivet.reach.scene import FAR, Ball, Scene
 from trivet.reach.ways import Way, farthest, widest
 from trivet.space.batches import in_batches
 from trivet.space.frame import Frame
+from trivet.space.pose import tangent_axes, zyz_frame
 from trivet.statics.compliance import platform_stiffness
 from trivet.statics.objective import Objective
 
@@ -138,8 +139,9 @@ class Along(NamedTuple):
 
 def frames_of(touch: Touch, radius: float) -> Frame:
     """Platform frames, as NumPy arrays (n,)."""
-    count = np.shape(touch.roll)
-    return jax.tree.map(lambda c: np.broadcast_to(np.asarray(c), count), touch.frame(radius))
+    normal, _, _ = tangent_axes(touch.azimuth, touch.tilt)
+    place = np.stack([c + radius * n for c, n in zip(touch[:3], normal, strict=True)], axis=-1)
+    return zyz_frame(place, *touch[3:])
 
 
 def some(poses: Frame, which: Any) -> Frame:
