@@ -21,7 +21,8 @@ from trivet.reach.certificate import Touch
 from trivet.study.advice import _margin, advice
 from trivet.study.aims import read_aims
 from trivet.study.cone import cone
-from trivet.study.plan import Plan, plan, plans, with_dimension
+from trivet.study.pathfile import read_path
+from trivet.study.plan import Plan, plan, plan_along, plans, with_dimension
 
 FINER = 50
 SCENARIOS = int(os.environ.get("TRIVET_SCENARIOS", "24"))
@@ -310,3 +311,51 @@ def test_advice_in_words(trivet: Any) -> None:
     code, out, _ = trivet(*arguments, "--json")
     assert code == 0
     assert json.loads(out)["advice"][0]["passes"]
+
+
+PATH = """
+format = 1
+[[poses]]
+position = ["0 mm", "0 mm", "114 mm"]
+[[poses]]
+position = ["0 mm", "0 mm", "114 mm"]
+azimuth = "30 deg"
+tilt = "25 deg"
+[[poses]]
+position = ["3 mm", "2 mm", "112 mm"]
+azimuth = "150 deg"
+tilt = "25 deg"
+[[poses]]
+position = ["-3 mm", "0 mm", "112 mm"]
+azimuth = "200 deg"
+tilt = "60 deg"
+"""
+
+
+def test_a_path_through_poses(tmp_path: Path, trivet: Any) -> None:
+    (tmp_path / "path.toml").write_text(PATH, encoding="utf-8")
+    found = plan_along("azulay", read_path(tmp_path / "path.toml"), mode="++ ++ -+", step=math.radians(2), rolls=90)
+    assert found.is_safe
+    assert found.knots is not None
+    assert found.places is not None
+    checked(found, 0.216)
+    # It passes the poses: centre and normal.
+    poses = np.interp(found.places, np.arange(found.grid.shape[0]), found.grid.marks)
+    for number, place, azimuth, tilt in ((2, (0, 0, 0.114), 30, 25), (3, (0.003, 0.002, 0.112), 150, 25)):
+        k = int(np.argmin(np.abs(poses - number)))
+        assert poses[k] == pytest.approx(number)
+        assert [float(c[k]) for c in found.knots[:3]] == pytest.approx(place)
+        assert np.degrees([found.knots.azimuth[k], found.knots.tilt[k]]) == pytest.approx((azimuth, tilt))
+    code, out, _ = trivet("plan", "azulay", "--path", "path.toml", "--step", "4 deg", "--rolls", "45", "--figure", "p.png")
+    assert code == 0
+    assert "assembled as described" in out
+    assert "NO way" in out
+    code, _, err = trivet("plan", "azulay", "--path", "path.toml", "--height", "110 mm")
+    assert code == 2
+    assert "--path: says where the platform goes" in err
+
+
+def test_how_to_assemble_a_mode(trivet: Any) -> None:
+    code, out, _ = trivet("plan", "azulay", "--mode", "++ +- -+", "--step", "10 deg", "--rolls", "24", "--no-proof")
+    assert code == 0
+    assert "leg-2 with its elbow the other way (-); leg-3 with its carriage on the far side of the guide's axis" in out

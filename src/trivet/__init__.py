@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from trivet.study.modes import ModesReport, modes
     from trivet.study.motion import MotionReport, motion
     from trivet.study.pathfile import read_path
-    from trivet.study.plan import Plan, PlanStudy, plan, plans
+    from trivet.study.plan import Plan, PlanStudy, plan, plan_along, plans
     from trivet.study.pose import PoseReport, pose
     from trivet.study.simulation import Simulation, simulate
     from trivet.study.singularity import SingularityReport, singularity_report
@@ -72,7 +72,7 @@ _HOMES = {
     "trivet.study.modes": ("ModesReport", "modes"),
     "trivet.study.motion": ("MotionReport", "motion"),
     "trivet.study.pathfile": ("read_path",),
-    "trivet.study.plan": ("Plan", "PlanStudy", "plan", "plans"),
+    "trivet.study.plan": ("Plan", "PlanStudy", "plan", "plan_along", "plans"),
     "trivet.study.pose": ("PoseReport", "pose"),
     "trivet.study.simulation": ("Simulation", "simulate"),
     "trivet.study.singularity": ("SingularityReport", "singularity_report"),
@@ -95,7 +95,7 @@ __all__ = [
     "PlanStudy", "PoseReport", "Simulation", "SingularityMap", "SingularityReport", "StiffnessMap", "Surface", "TiltReport",
     "TiltStudy", "Trajectory", "TrivetError", "WorkspaceReport", "WorkspaceStudy", "catalogue", "circle", "compare",
     "compare_dynamics", "cone", "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere", "load",
-    "minimum_dynamic_stiffness", "modes", "motion", "orientation_workspace", "parse", "plan", "plans", "pose", "read_path",
+    "minimum_dynamic_stiffness", "modes", "motion", "orientation_workspace", "parse", "plan", "plan_along", "plans", "pose", "read_path",
     "save", "schema", "simulate", "singularity_map", "singularity_report", "stiffness_map", "straight", "switched",
     "through", "tilt", "tilts", "timed", "to_mjcf", "to_text", "to_urdf", "workspace", "workspaces", "write", "write_mjcf",
     "write_urdf", "zyz_frame",

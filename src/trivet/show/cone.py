@@ -41,7 +41,7 @@ def _title(plan: ConePlan) -> str:
 def _nodes(plan: ConePlan) -> tuple[Any, Any, Any, Any]:
     """Azimuth, tilt, value and alpha + roll at the nodes, rad."""
     flat = type(plan.knots)(*(np.ravel(c) for c in plan.knots))
-    value = met(plan.rules, flat).value.reshape(plan.knots.roll.shape)
+    value = met(plan.rules, flat, np.zeros(len(flat.roll))).value.reshape(plan.knots.roll.shape)
     return plan.knots.azimuth, plan.knots.tilt, value, plan.knots.azimuth + plan.knots.roll
 
 

@@ -41,21 +41,32 @@ def _title(study: PlanStudy) -> str:
     if len(study.plans) > 1:
         return f"{sum(p.is_possible for p in study.plans)} of {len(study.plans)} cases have a way"
     words = "proven" if plan.is_safe else ("not proven" if plan.is_possible else "no way")
-    return f"{plan.machine.name}, {mode_words(plan.mode)}, z0 = {plan.grid.path.z[0] * 1e3:g} mm: {words}"
+    where = f"z0 = {plan.grid.path.z[0] * 1e3:g} mm" if plan.grid.poses is None else f"{plan.grid.poses[-1]:g} poses"
+    return f"{plan.machine.name}, {mode_words(plan.mode)}, {where}: {words}"
+
+
+def _axis(study: PlanStudy) -> str:
+    return "tilt, °" if study.plans[0].grid.poses is None else "pose"
+
+
+def _marks(plan: Plan) -> Any:
+    """Where the samples along a way are, as the horizontal axis tells it."""
+    assert plan.along is not None
+    return np.interp(plan.along.rows, np.arange(plan.grid.shape[0]), plan.grid.marks)
 
 
 def _map(plan: Plan) -> tuple[Any, Any, Any, Any]:
-    """Tilts and rolls in degrees, values and sides; the roll runs on once around so that a way stays in one piece."""
-    low, high = 0, plan.grid.columns
+    """Marks of the rows, azimuth + roll in degrees, values and sides; the rolls go on so that a way stays in one piece."""
+    low, high, first = 0, plan.grid.columns, plan.grid.path.azimuth[0] + plan.grid.path.roll[0]
     if plan.knots is not None:
-        own = np.degrees(plan.knots.roll - plan.grid.path.roll[0]) / np.degrees(plan.grid.step)
+        own = (plan.knots.azimuth + plan.knots.roll - first) / plan.grid.step
         low = min(low, int(np.floor(own.min())))
         high = max(high, int(np.ceil(own.max())) + 1)
     columns = np.arange(low, high)
-    rolls = np.degrees(plan.grid.path.roll[0] + columns * plan.grid.step)
+    rolls = np.degrees(first + columns * plan.grid.step)
     values = np.where(np.isfinite(plan.field.value), plan.field.value, np.nan)
     return (
-        np.degrees(plan.grid.path.tilt),
+        plan.grid.marks,
         rolls,
         values[:, columns % plan.grid.columns],
         plan.sides[:, columns % plan.grid.columns],
@@ -68,7 +79,7 @@ def _lines(study: PlanStudy) -> tuple[str, list[Line]]:
         (plan,) = study.plans
         if plan.along is None:
             return "", []
-        tilt, found = np.degrees(plan.along.touch.tilt), [Line("sigma_min", None, plan.along.sigma_min, BLUE)]
+        tilt, found = _marks(plan), [Line("sigma_min", None, plan.along.sigma_min, BLUE)]
         if plan.rules.limits:
             found.append(Line("travel left, of half a joint's travel", None, plan.along.travel, ORANGE))
         if plan.rules.scene is not None and np.isfinite(plan.along.clearance).all():
@@ -78,7 +89,7 @@ def _lines(study: PlanStudy) -> tuple[str, list[Line]]:
     for plan, colour in zip([p for p in study.plans if p.is_possible], SERIES, strict=False):
         assert plan.along is not None
         name = f"{plan.machine.name} {plan.mode}, z0 = {plan.grid.path.z[0] * 1e3:g} mm"
-        lines.append(Line(name, np.degrees(plan.along.touch.tilt), plan.along.value, colour))
+        lines.append(Line(name, _marks(plan), plan.along.value, colour))
     return "value along the way", lines
 
 
@@ -104,11 +115,11 @@ def _picture(study: PlanStudy, path: Path) -> None:
             axes.contour(tilt, roll, np.nan_to_num(sides).T, levels=[0.0], colors=CURVE, linewidths=1.5)
             axes.plot([], [], color=CURVE, label="det J_x changes sign")
         if plan.along is not None:
-            own = plan.along.touch
-            axes.plot(np.degrees(own.tilt), np.degrees(own.roll), color="black", linewidth=4)
-            axes.plot(np.degrees(own.tilt), np.degrees(own.roll), color=WAY, linewidth=2, label="the way")
-        axes.set_ylabel("roll, °")
-        axes.set_xlabel("tilt, °")
+            own = np.degrees(plan.along.touch.azimuth + plan.along.touch.roll)
+            axes.plot(_marks(plan), own, color="black", linewidth=4)
+            axes.plot(_marks(plan), own, color=WAY, linewidth=2, label="the way")
+        axes.set_ylabel("azimuth + roll, °")
+        axes.set_xlabel(_axis(study))
         axes.plot([], [], color=EXCLUDED, linewidth=6, alpha=0.35, label="not allowed")
         axes.legend(fontsize=9, loc="upper right", facecolor="#D0D0D0")
         canvas.colorbar(mesh, ax=axes, label=" and ".join(aim.name for aim in plan.rules.aims))
@@ -118,7 +129,7 @@ def _picture(study: PlanStudy, path: Path) -> None:
         axes.spines[["top", "right"]].set_visible(False)
         for line in lines:
             axes.plot(line.tilt, line.value, color=line.colour, label=line.name)
-        axes.set_xlabel("tilt, °")
+        axes.set_xlabel(_axis(study))
         axes.set_ylabel(label)
         axes.set_ylim(bottom=0)
         axes.legend(frameon=False, fontsize=9)
@@ -139,7 +150,7 @@ def _page(study: PlanStudy, path: Path) -> None:
         page.add_trace(
             go.Heatmap(
                 x=tilt, y=roll, z=values.T, colorscale="Cividis", zmin=0, colorbar={"title": name, "len": 0.5, "y": 0.78},
-                hovertemplate="tilt %{x:.4g}°, roll %{y:.4g}°: %{z:.4g}<extra></extra>",
+                hovertemplate="%{x:.4g}, azimuth + roll %{y:.4g}°: %{z:.4g}<extra></extra>",
             ), row=1, col=1,
         )  # fmt: skip
         page.add_trace(
@@ -149,20 +160,20 @@ def _page(study: PlanStudy, path: Path) -> None:
             ), row=1, col=1,
         )  # fmt: skip
         if plan.along is not None:
-            own = plan.along.touch
+            own = np.degrees(plan.along.touch.azimuth + plan.along.touch.roll)
             style = {"color": WAY, "width": 4}
             page.add_trace(
-                go.Scatter(x=np.degrees(own.tilt), y=np.degrees(own.roll), line=style, mode="lines", name="the way"),
+                go.Scatter(x=_marks(plan), y=own, line=style, mode="lines", name="the way"),
                 row=1,
                 col=1,
             )
-        page.update_yaxes(title_text="roll, °", row=1, col=1)
+        page.update_yaxes(title_text="azimuth + roll, °", row=1, col=1)
     for line in lines:
         style = {"color": line.colour, "width": 2}
         page.add_trace(
             go.Scatter(x=line.tilt, y=line.value, name=html.escape(line.name), line=style, mode="lines"), row=1 + is_one, col=1
         )
     page.update_yaxes(title_text=label, rangemode="tozero", row=1 + is_one, col=1)
-    page.update_xaxes(title_text="tilt, °")
+    page.update_xaxes(title_text=_axis(study))
     page.update_layout(title=html.escape(_title(study)), template="simple_white")
     page.write_html(path, include_plotlyjs=True, include_mathjax=False, full_html=True, default_height="96vh")

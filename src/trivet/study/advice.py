@@ -111,5 +111,6 @@ def _written(machine: Machine, name: str, *values: float) -> tuple[str, str]:
             document = document[key]
         document = document if entry is None else document[entry]
         number, _, unit = str(document).partition(" ")
-        found.append(f"{float(number):.5g} {unit}".strip())
+        size, unit = (1e3 * float(number), "mm") if unit == "m" else (float(number), unit)
+        found.append(f"{size:.5g} {unit}".strip())
     return found[0], found[1]

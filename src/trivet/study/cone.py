@@ -118,7 +118,8 @@ def cone(
     if sheet is None:
         return ConePlan(rules, mode, neutral, knots, None, None, None, largest)
     patches = Patches.over(np.stack(knots))
-    samples = met(rules, _samples(patches))
+    touched = _samples(patches)
+    samples = met(rules, touched, np.zeros(len(touched.roll)))
     found = None
     if proof:
         least = SHARE * float(samples.sigma_min.min()) if sigma is None else sigma

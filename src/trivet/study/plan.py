@@ -24,6 +24,7 @@ from trivet.reach.neutral import Reference, with_neutral
 from trivet.reach.scene import scene_of
 from trivet.space.batches import in_batches
 from trivet.study.machines import MachineLike, choose
+from trivet.study.pathfile import PathFile
 from trivet.study.roll_grid import (
     Aim,
     Along,
@@ -69,6 +70,8 @@ class Plan:
     """Over the grid."""
     knots: Touch | None
     """(k,) corners of the way, straight between them in these coordinates; None where there is none."""
+    places: Array | None
+    """(k,) where they are along the rows of the grid."""
     bottleneck: float
     """The least value on the widest way over the grid; NaN for none."""
     is_steady: bool
@@ -98,7 +101,9 @@ class Plan:
     @cached_property
     def along(self) -> Along | None:
         """What is met along the way, at samples."""
-        return None if self.knots is None else along(self.rules, self.knots, self.grid.step)
+        if self.knots is None or self.places is None:
+            return None
+        return along(self.rules, self.knots, self.places, self.grid.step)
 
     @property
     def value(self) -> float:
@@ -229,14 +234,23 @@ def rules_for(
     solid: bool,
 ) -> tuple[Rules, float]:
     """The rules of a plan on a sphere, and the height of the sphere (m); arguments as for `plan`."""
+    radius, height = sphere_of(choose(machine), radius, height)
+    if solid and not bodies:
+        raise InputError("a solid sphere is something that bodies stay clear of; look at bodies as well")
+    rules = _rules(machine, mode, neutral, aims, limits, bodies)
+    if solid:
+        rules = rules._replace(scene=scene_of(rules.machine, with_workpiece=True))
+    return rules._replace(radius=radius, workpiece=ball_of((0.0, 0.0, height), radius)), height
+
+
+def _rules(
+    machine: MachineLike, mode: str | None, neutral: Reference, aims: Sequence[Aim], limits: bool, bodies: bool
+) -> Rules:
     chosen = with_neutral(choose(machine), neutral, mode)
     signs = closed_form_signs(chosen, mode)
     require_six_each(chosen)
-    radius, height = sphere_of(chosen, radius, height)
-    if solid and not bodies:
-        raise InputError("a solid sphere is something that bodies stay clear of; look at bodies as well")
-    scene = scene_of(chosen, with_workpiece=solid) if bodies else None
-    return Rules(chosen, signs, scene, ball_of((0.0, 0.0, height), radius), radius, limits, tuple(aims)), height
+    scene = scene_of(chosen, with_workpiece=False) if bodies else None
+    return Rules(chosen, signs, scene, None, 0.0, limits, tuple(aims))
 
 
 def prover_of(rules: Rules) -> Prover:
@@ -249,22 +263,76 @@ def demand_of(rules: Rules, sigma: float) -> Demand:
     return Demand(0.0 if rules.limits else -math.inf, None if rules.scene is None else rules.gap, sigma)
 
 
+def plan_along(
+    machine: MachineLike,
+    path: PathFile,
+    *,
+    start_roll: float | None = None,
+    mode: str | None = None,
+    neutral: Reference = "as-described",
+    aims: Sequence[Aim] = (SIGMA,),
+    limits: bool = True,
+    bodies: bool = True,
+    step: float = STEP,
+    rolls: int = ROLLS,
+    proof: bool = True,
+    sigma: float | None = None,
+    progress: Callable[[int, int], None] = lambda looked, left: None,
+) -> Plan:
+    """The rolls with which a machine goes through poses in their order, their own rolls left aside.
+
+    Between the poses the platform centre goes straight, and azimuth and tilt change evenly; where the platform is level the
+    azimuth is that of the pose before it, or after it.
+
+    Args:
+        machine, mode, neutral, aims, limits, bodies, proof, sigma, progress: as for `plan`.
+        path: the poses; how fast it is run through does not matter here.
+        start_roll: alpha + gamma at the first pose, rad; any when not given.
+        step: greatest turn from row to row of the first grid, rad; and greatest move, in parts of the machine's size.
+        rolls: of the first grid, evenly all round.
+
+    Raises:
+        InputError: for an impossible grid, or a machine of which this cannot be asked.
+    """
+    _check(math.pi, step, rolls, sigma)
+    rules = _rules(machine, mode, neutral, aims, limits, bodies)._replace(least_sigma=sigma or 0.0)
+    azimuth, tilt = (np.array([getattr(pose, name) for pose in path.poses], dtype=float) for name in ("azimuth", "tilt"))
+    leaning = np.flatnonzero(np.abs(np.sin(tilt)) > 1e-9)
+    if len(leaning):
+        before = np.maximum(np.searchsorted(leaning, np.arange(len(tilt)), side="right") - 1, 0)
+        azimuth = np.unwrap(azimuth[leaning[before]])
+    place = np.array([pose.position for pose in path.poses], dtype=float).T
+    corners = np.stack([*place, azimuth, tilt, (start_roll or 0.0) - azimuth])
+    moved = np.linalg.norm(np.diff(place), axis=0) / float(rules.machine.characteristic_length)
+    counts = np.ceil(np.maximum(np.abs(np.diff(corners[3:5])).max(axis=0), moved) / step).astype(int)
+    if counts.sum() * rolls > LARGEST_GRID:
+        raise InputError(
+            f"a path of {counts.sum():,} rows and {rolls} rolls; at most {LARGEST_GRID:.0e} poses, take a wider step"
+        )
+    where = np.concatenate([[0.0], *(k + np.arange(1, max(n, 1) + 1) / max(n, 1) for k, n in enumerate(counts))])
+    rows = Touch(*(np.interp(where, np.arange(len(tilt)), c) for c in corners))
+    grid = RollGrid(rows, 2 * math.pi / rolls, rolls, where + 1)
+    return _planned(rules, grid, neutral, start_roll is None, _Wish(proof, sigma), progress)
+
+
 def plans(
     machines: Sequence[MachineLike],
     heights: Sequence[float | None] = (None,),
     modes: Sequence[str | None] = (None,),
     *,
+    path: PathFile | None = None,
     progress: Callable[[str, int, int], None] = lambda name, done, total: None,
     **settings: Any,
 ) -> PlanStudy:
-    """`plan` of every machine on spheres at every height in every working mode.
+    """`plan` of every machine on spheres at every height in every working mode, or `plan_along` a path.
 
     Args:
         machines: machines, names or files.
         heights: of the centres of the spheres, m.
         modes: working modes; `("all",)` for every one that each machine has.
         progress: called with what is being done, and how many of how many are.
-        settings: as for `plan`.
+        path: a path instead of a sphere.
+        settings: as for `plan`, or `plan_along`.
     """
     chosen = [choose(machine) for machine in machines]
     cases = [
@@ -275,7 +343,10 @@ def plans(
     ]
     found = []
     for k, (machine, height, mode) in enumerate(cases):
-        found.append(plan(machine, height=height, mode=mode, **settings))
+        if path is None:
+            found.append(plan(machine, height=height, mode=mode, **settings))
+        else:
+            found.append(plan_along(machine, path, mode=mode, **settings))
         progress("ways", k + 1, len(cases))
     found.sort(key=lambda plan: (plan.is_possible, plan.value if plan.is_possible else plan.highest), reverse=True)
     return PlanStudy(tuple(found))
@@ -334,14 +405,16 @@ def _attempt(
     mode = mode_text(rules.machine, rules.signs)
     if way is None:
         stop = _stop(rules, grid, start, field, highest)
-        return Plan(rules, mode, neutral, grid, start, field, None, math.nan, True, highest, stop, None)
-    knots = simplified(rules, grid, *refined(rules, grid, way, side, start, blocked))
-    proof = _proof(rules, grid, knots, wish.sigma, progress) if wish.proof else None
-    return Plan(rules, mode, neutral, grid, start, field, knots, way.value, way.is_steady, highest, "", proof)
+        return Plan(rules, mode, neutral, grid, start, field, None, None, math.nan, True, highest, stop, None)
+    knots, places = simplified(rules, grid, *refined(rules, grid, way, side, start, blocked))
+    proof = _proof(rules, grid, knots, places, wish.sigma, progress) if wish.proof else None
+    return Plan(rules, mode, neutral, grid, start, field, knots, places, way.value, way.is_steady, highest, "", proof)
 
 
-def _proof(rules: Rules, grid: RollGrid, knots: Touch, sigma: float | None, progress: Callable[[int, int], None]) -> Proof:
-    least = SHARE * float(along(rules, knots, grid.step).sigma_min.min()) if sigma is None else sigma
+def _proof(
+    rules: Rules, grid: RollGrid, knots: Touch, places: Array, sigma: float | None, progress: Callable[[int, int], None]
+) -> Proof:
+    least = SHARE * float(along(rules, knots, places, grid.step).sigma_min.min()) if sigma is None else sigma
     return prover_of(rules).prove(Patches.along(np.stack(knots)), demand_of(rules, least), BUDGET, progress)
 
 
@@ -351,7 +424,7 @@ def _stop(rules: Rules, grid: RollGrid, start: Array, field: Field, highest: int
         return f"at the start {_fault(rules, grid, 0)}"
     closed = np.flatnonzero(~np.isfinite(field.value).any(axis=1))
     if len(closed):
-        return f"beyond {_place(grid, closed[0] - 1)} {_fault(rules, grid, int(closed[0]))}"
+        return f"beyond {grid.mark(closed[0] - 1)} {_fault(rules, grid, int(closed[0]))}"
     for words, freer in (
         ("through other bodies", rules._replace(scene=None)),
         ("beyond limits", rules._replace(limits=False)),
@@ -363,7 +436,7 @@ def _stop(rules: Rules, grid: RollGrid, start: Array, field: Field, highest: int
     first, last = (np.unique(row[row != 0]) for row in field_of(freer, grid).side[[0, -1]])
     if len(first) == len(last) == 1 and first[0] != last[0]:
         return "start and end lie on different sides of a Type 2 singularity at every roll, whatever limits and bodies"
-    return f"no way leads around the Type 2 singularities beyond {_place(grid, highest)}, whatever limits and bodies"
+    return f"no way leads around the Type 2 singularities beyond {grid.mark(highest)}, whatever limits and bodies"
 
 
 def _fault(rules: Rules, grid: RollGrid, row: int) -> str:
@@ -393,7 +466,3 @@ def _worst(rules: Rules, touch: Touch) -> str:
         k = int(gaps.argmin())
         return f"{names[k][0]} and {names[k][1]} are {gaps[k] * 1e3:.3g} mm apart ({degrees_of(touch, k)})"
     return f"less is left of a joint's travel than a plan keeps in hand ({degrees_of(touch, k)})"
-
-
-def _place(grid: RollGrid, row: int) -> str:
-    return f"tilt {math.degrees(grid.path.tilt[max(row, 0)]):.4g} deg"

@@ -81,6 +81,18 @@ class RollGrid(NamedTuple):
     step: float
     """Of the roll, rad."""
     columns: int
+    poses: Array | None = None
+    """(rows,) of a path through given poses where each row is, counted in these from 1; None for a tilt in one direction."""
+
+    @property
+    def marks(self) -> Array:
+        """(rows,) what tells the rows: the number of the pose, or the tilt in degrees."""
+        return np.degrees(self.path.tilt) if self.poses is None else self.poses
+
+    def mark(self, row: float) -> str:
+        """A place along the path in words."""
+        value = float(np.interp(row, np.arange(self.shape[0]), self.marks))
+        return f"tilt {value:.4g} deg" if self.poses is None else f"pose {value:.4g} of {self.poses[-1]:g}"
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -111,9 +123,10 @@ class RollGrid(NamedTuple):
         return found
 
     @property
-    def is_straight(self) -> bool:
-        """Whether the path has no corners, in its coordinates."""
-        return all(np.abs(np.diff(c, 2)).max(initial=0.0) < 1e-12 for c in self.path)
+    def corners(self) -> Array:
+        """Rows at which the path turns, in its coordinates, but for its ends."""
+        turns: Array = np.abs(np.diff(np.stack(self.path), 2)).max(axis=0) > 1e-12
+        return np.flatnonzero(turns) + 1
 
 
 class Field(NamedTuple):
@@ -129,6 +142,8 @@ class Along(NamedTuple):
     """What is met along a way, at samples (n,)."""
 
     touch: Touch
+    rows: Array
+    """Where they are along the rows of the grid."""
     value: Array
     """Minus infinity where the pose is not allowed."""
     travel: Array
@@ -232,17 +247,16 @@ def refined(
     return rows / scale, columns / scale
 
 
-def simplified(rules: Rules, grid: RollGrid, rows: Array, columns: Array) -> Touch:
-    """Knots of a way, with as many of its corners cut as its least value allows."""
-    least = along(rules, grid.at(rows, columns), grid.step).value.min()
+def simplified(rules: Rules, grid: RollGrid, rows: Array, columns: Array) -> tuple[Touch, Array]:
+    """Knots of a way, with as many of its corners cut as its least value allows, and their places along the rows."""
+    least = along(rules, grid.at(rows, columns), rows, grid.step).value.min()
     for allowance in ALLOWANCES:
         keep = straightened(rows, columns, allowance)
-        if not grid.is_straight:
-            keep = np.union1d(keep, np.searchsorted(rows, np.arange(grid.shape[0])))
+        keep = np.union1d(keep, np.searchsorted(rows, grid.corners))
         knots = grid.at(rows[keep], columns[keep])
-        if along(rules, knots, grid.step).value.min() >= KEPT * least:
-            return knots
-    return grid.at(rows, columns)
+        if along(rules, knots, rows[keep], grid.step).value.min() >= KEPT * least:
+            return knots, rows[keep]
+    return grid.at(rows, columns), rows
 
 
 def straightened(rows: Array, columns: Array, allowance: float) -> Array:
@@ -263,17 +277,17 @@ def straightened(rows: Array, columns: Array, allowance: float) -> Array:
     return np.array(sorted(keep))
 
 
-def along(rules: Rules, knots: Touch, step: float) -> Along:
-    """What is met along a line of straight pieces through knots (k,), looked at in steps of half of `step` (rad, or m)."""
+def along(rules: Rules, knots: Touch, rows: Array, step: float) -> Along:
+    """What is met along straight pieces through knots (k,), at places along rows (k,), in steps of half of `step` (rad, m)."""
     steps = np.abs(np.diff(np.stack(knots), axis=1)).max(axis=0) / step
     counts = np.maximum(np.ceil(SAMPLES * steps), SAMPLES).astype(int)
     parts = np.append(np.concatenate([k + np.arange(count) / count for k, count in enumerate(counts)]), len(counts))
     samples = Touch(*(np.interp(parts, np.arange(len(c)), c) for c in knots))
-    return met(rules, samples)
+    return met(rules, samples, np.interp(parts, np.arange(len(rows)), rows))
 
 
-def met(rules: Rules, samples: Touch) -> Along:
-    """What is met at poses (n,) that hang together."""
+def met(rules: Rules, samples: Touch, rows: Array) -> Along:
+    """What is met at poses (n,) that hang together, at places along rows (n,)."""
     poses = frames_of(samples, rules.radius)
     travel, gap = travel_margin(rules.machine, poses, rules.signs), np.full(len(samples.roll), FAR)
     if rules.scene is not None:
@@ -285,7 +299,7 @@ def met(rules: Rules, samples: Touch) -> Along:
     if rules.scene is not None:
         is_allowed &= gap >= rules.gap
     value = np.where(is_allowed, _worth(rules, poses, found.sigma_min), -np.inf)
-    return Along(samples, value, travel, gap, found.sigma_min)
+    return Along(samples, rows, value, travel, gap, found.sigma_min)
 
 
 def degrees_of(touch: Touch, k: int) -> str:

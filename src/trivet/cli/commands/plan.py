@@ -31,6 +31,10 @@ def run(
         list[str] | None,
         typer.Option("--height", help="Height of its centre above {O}; the workpiece's by default. May be repeated."),
     ] = None,
+    along: Annotated[
+        str | None,
+        typer.Option("--path", help="Instead: through the poses of a path file, their rolls left free.", metavar="FILE"),
+    ] = None,
     modes: Annotated[
         list[str] | None,
         typer.Option("--mode", help="Working mode, as in '++ +- ++', or all; the machine's own by default. May be repeated."),
@@ -74,17 +78,17 @@ def run(
 ) -> None:
     """How a machine gets to a tilt: without a singularity, the end of a joint's travel or a collision; proven between poses."""
     from trivet.cli.views import cone as cone_view
-    from trivet.cli.views import plan as view
     from trivet.errors import InputError
-    from trivet.study.advice import advice
     from trivet.study.aims import read_aims
     from trivet.study.cone import cone
     from trivet.study.machines import choose, parse_settings
+    from trivet.study.pathfile import read_path
     from trivet.study.plan import plans
 
     changes = parse_settings(settings or [])
     chosen = [choose(name, changes) for name in machines]
     out.check()
+    start = o.quantity("--roll", start_roll, "angle", "rad")
     common: dict[str, Any] = {
         "radius": o.quantity("--radius", radius, "length", "m"),
         "neutral": neutral,
@@ -113,6 +117,17 @@ def run(
             )
         out.give(found, cone_view)
         return
+    if along is not None:
+        if solid or radius is not None or height or (to, azimuth) != ("90 deg", "0 deg"):
+            raise InputError("--path: says where the platform goes; no --to, --azimuth, --radius, --height or --solid with it")
+        del common["radius"], common["solid"]
+        with output.progress(out.as_json, "plans") as advance:
+            study = plans(
+                chosen, modes=cast("list[str | None]", modes or [None]), path=read_path(along), start_roll=start,
+                progress=advance, **common,
+            )  # fmt: skip
+        _give(study, advise, out)
+        return
     heights: list[Any] = [o.quantity("--height", text, "length", "m") for text in height] if height else [None]
     with output.progress(out.as_json, "plans") as advance:
         study = plans(
@@ -121,10 +136,18 @@ def run(
             cast("list[str | None]", modes or [None]),
             to=o.quantity("--to", to, "angle", "rad", True),
             azimuth=o.quantity("--azimuth", azimuth, "angle", "rad"),
-            start_roll=o.quantity("--roll", start_roll, "angle", "rad"),
+            start_roll=start,
             progress=advance,
             **common,
         )
+    _give(study, advise, out)
+
+
+def _give(study: Any, advise: bool, out: DataOutput) -> None:
+    from trivet.cli.views import plan as view
+    from trivet.errors import InputError
+    from trivet.study.advice import advice
+
     if advise and len(study.plans) > 1:
         raise InputError("--advise: of one machine, height and mode at a time")
     out.give(study, view, advice(study.plans[0]) if advise else None)

@@ -8,7 +8,8 @@ from typing import Any
 
 from trivet.cli.views.layout import table
 from trivet.cli.views.si import finite
-from trivet.kinematics.mode import mode_words
+from trivet.kinematics.inverse import branches
+from trivet.kinematics.mode import mode_words, parse_mode
 from trivet.reach.certificate import Demand, Proof, Touch
 from trivet.study.advice import Change
 from trivet.study.plan import Plan, PlanStudy
@@ -30,7 +31,7 @@ def tables(study: PlanStudy, advice: tuple[Change, ...] | None = None) -> Iterat
     groups = _grouped(study.plans)
     found = table(
         f"{len(study.plans)} cases, the best first", "machine", "mode", "alike", "z0 mm", "least value", "sigma_min",
-        "travel %", "clearance mm", "worst at tilt °", "free all along", "stopped", left=2,
+        "travel %", "clearance mm", "worst at", "free all along", "stopped", left=2,
     )  # fmt: skip
     for group in groups[:SHOWN]:
         found.add_row(*_row(group[0], len(group)))
@@ -76,31 +77,38 @@ def _row(plan: Plan, count: int) -> tuple[str, ...]:
         return (*first, "–", "–", "–", "–", "–", "–", plan.stopped_by)
     return (
         *first, _value(plan), f"{plan.sigma_min:.4f}", _travel(plan), _gap(plan.clearance),
-        f"{math.degrees(plan.along.touch.tilt[plan.worst]):.1f}", _verdict(plan), "",
+        plan.grid.mark(plan.along.rows[plan.worst]), _verdict(plan), "",
     )  # fmt: skip
 
 
 def _one(plan: Plan) -> Iterator[Any]:
-    path = plan.grid.path
-    end = math.degrees(path.tilt[-1])
-    yield (
-        f"{plan.machine.name}, {mode_words(plan.mode)}: to {end:g}° at azimuth {math.degrees(path.azimuth[-1]):g}° on the "
-        f"sphere of {plan.rules.radius * 1e3:g} mm about z0 = {path.z[0] * 1e3:g} mm"
-    )
+    path, heading = plan.grid.path, f"{plan.machine.name}, {mode_words(plan.mode)}: "
+    if plan.grid.poses is None:
+        heading += (
+            f"to {math.degrees(path.tilt[-1]):g}° at azimuth {math.degrees(path.azimuth[-1]):g}° on the sphere of "
+            f"{plan.rules.radius * 1e3:g} mm about z0 = {path.z[0] * 1e3:g} mm"
+        )
+    else:
+        heading += f"through {plan.grid.poses[-1]:g} poses"
+    yield heading
+    yield assembly_words(plan)
     if plan.along is None or plan.knots is None:
         yield f"NO way: {plan.stopped_by}"
         yield rules_words(plan.rules)
         return
-    found = table("the way", "tilt °", "roll °", left=0)
-    for tilt, roll in zip(plan.knots.tilt, plan.knots.roll, strict=True):
-        found.add_row(f"{math.degrees(tilt):.3f}", f"{math.degrees(roll):.3f}")
+    assert plan.places is not None
+    found = table("the way", "at", "azimuth °", "tilt °", "roll °")
+    for place, *angles in list(zip(plan.places, *plan.knots[3:], strict=True))[:SHOWN]:
+        found.add_row(plan.grid.mark(place), *(f"{math.degrees(angle):.3f}" for angle in angles))
+    if len(plan.places) > SHOWN:
+        found.add_row(f"and {len(plan.places) - SHOWN} more with --json")
     yield found
     worst = plan.along.touch
     yield "\n".join([
-        f"least value {_value(plan)} at tilt {math.degrees(worst.tilt[plan.worst]):.2f}°, roll "
+        f"least value {_value(plan)} at {plan.grid.mark(plan.along.rows[plan.worst])}, roll "
         f"{math.degrees(worst.roll[plan.worst]):.2f}°; on the first grid {plan.bottleneck:.6g}",
         f"along the way sigma_min is at least {plan.sigma_min:.4f}, travel left {_travel(plan)} %, clearance "
-        f"{_gap(plan.clearance)} mm" + ("" if plan.is_steady else "; the way goes back in tilt on the first grid"),
+        f"{_gap(plan.clearance)} mm" + ("" if plan.is_steady else "; the way goes back along the path on the first grid"),
         proof_words(plan.proof),
     ])  # fmt: skip
     yield rules_words(plan.rules)
@@ -118,6 +126,23 @@ def proof_words(proof: Proof | None) -> str:
     where = f"tilt {math.degrees(there.tilt):.4f}°, roll {math.degrees(there.roll):.4f}°, {size:.2g}° wide"
     verdict = "REFUTED" if proof.is_refuted else "NOT proven"
     return f"{verdict}: {told}; open is {proof.reason} about {where} ({proof.patches} pieces looked at)"
+
+
+def assembly_words(plan: Plan) -> str:
+    """How a machine stands in a mode that is not its own."""
+    machine, own = plan.machine, parse_mode(plan.machine)
+    parts = []
+    for leg, there, here in zip(machine.legs, plan.rules.signs, own, strict=True):
+        chosen = [WORDS[branch][0 if there[branch] > 0 else 1] for branch in branches(leg) if there[branch] != here[branch]]
+        parts += [f"{leg.name} with {' and '.join(chosen)}"] if chosen else []
+    return "assembled as described" if not parts else f"to be assembled anew: {'; '.join(parts)}"
+
+
+WORDS = (
+    ("its carriage on the side of its platform joint", "its carriage on the far side of the guide's axis"),
+    ("its elbow as described (+)", "its elbow the other way (-)"),
+)
+"""Of the side and of the elbow: plus, minus."""
 
 
 def _demand(demand: Demand) -> str:
@@ -173,6 +198,7 @@ def _plan(plan: Plan) -> dict[str, Any]:
     return {
         "machine": plan.machine.name,
         "mode": plan.mode,
+        "assembly": assembly_words(plan),
         "neutral": plan.neutral,
         "radius_m": plan.rules.radius,
         "centre_m": [float(c[0]) for c in path[:3]],
@@ -185,6 +211,7 @@ def _plan(plan: Plan) -> dict[str, Any]:
         "safe": plan.is_safe,
         "stopped_by": plan.stopped_by or None,
         "highest_rad": None if plan.highest < 0 else float(path.tilt[plan.highest]),
+        "poses": None if plan.grid.poses is None else float(plan.grid.poses[-1]),
         "value": finite(plan.value),
         "grid_bottleneck": finite(plan.bottleneck),
         "sigma_min": finite(plan.sigma_min),
