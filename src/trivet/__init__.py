@@ -95,10 +95,10 @@ __all__ = [
     "PlanStudy", "PoseReport", "Simulation", "SingularityMap", "SingularityReport", "StiffnessMap", "Surface", "TiltReport",
     "TiltStudy", "Trajectory", "TrivetError", "WorkspaceReport", "WorkspaceStudy", "catalogue", "circle", "compare",
     "compare_dynamics", "cone", "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere", "load",
-    "minimum_dynamic_stiffness", "modes", "motion", "orientation_workspace", "parse", "plan", "plan_along", "plans", "pose", "read_path",
-    "save", "schema", "simulate", "singularity_map", "singularity_report", "stiffness_map", "straight", "switched",
-    "through", "tilt", "tilts", "timed", "to_mjcf", "to_text", "to_urdf", "workspace", "workspaces", "write", "write_mjcf",
-    "write_urdf", "zyz_frame",
+    "minimum_dynamic_stiffness", "modes", "motion", "orientation_workspace", "parse", "plan", "plan_along", "plans", "pose",
+    "read_path", "save", "schema", "simulate", "singularity_map", "singularity_report", "stiffness_map", "straight",
+    "switched", "through", "tilt", "tilts", "timed", "to_mjcf", "to_text", "to_urdf", "workspace", "workspaces", "write",
+    "write_mjcf", "write_urdf", "zyz_frame",
 ]  # fmt: skip
 
 
