@@ -40,6 +40,8 @@ PATCHES = 1024
 """Per call: fixed, so that a machine is traced once."""
 SMALLEST = 1e-6
 """Size of a patch (rad, or m) below which it is not cut: something is the matter there."""
+OVERLAP = 1e-8
+"""Of patches, in parts of themselves."""
 SPARE = 1e-12
 """By how much the values at a middle, worked out in floating point, may be wrong: parts, and m."""
 
@@ -128,10 +130,10 @@ class Bounds(NamedTuple):
     clearance: Array
     sigma_min: Array
 
-    def lacking(self, demand: Demand) -> Array:
-        """(n, 3) where they are not known to be as demanded."""
+    def lacking(self, demand: Demand, spare: float = 0.0) -> Array:
+        """(n, 3) where they are not known to be as demanded, less what is to spare."""
         least = demand.travel, -FAR if demand.clearance is None else demand.clearance, demand.sigma_min
-        return np.stack([~(own >= bound) for own, bound in zip(self, least, strict=True)], axis=-1)
+        return np.stack([~(own >= bound - spare) for own, bound in zip(self, least, strict=True)], axis=-1)
 
 
 class Proof(NamedTuple):
@@ -197,11 +199,11 @@ class Prover:
             if not is_open.all():
                 least = np.minimum(least, np.stack(bounds)[:, ~is_open].min(axis=1))
             looked += left.many
-            wrong = middles.lacking(demand)[is_open]
+            wrong = middles.lacking(demand, 2 * SPARE)[is_open]
             left, reasons, refuted = left.some(is_open), lacking[is_open], wrong.any(axis=1)
             progress(looked, left.many)
             if refuted.any():
-                reasons[refuted, 0] = False
+                reasons[refuted, 0] = ~np.isfinite(np.stack(middles)[:, is_open][:, refuted]).all(axis=0)
                 reasons[:, 1:] &= wrong | ~refuted[:, None]
                 break
             if looked + 2 * left.many > budget or np.any(left.size < SMALLEST):
@@ -235,12 +237,13 @@ class Prover:
             for start in range(0, count, PATCHES):
                 yield patches.some(np.minimum(np.arange(start, start + PATCHES), count - 1))
 
-        traced = _traced(self._structure, self.scene, 3 if np.any(patches.second) else 1)
+        traced = _traced(self._structure, self.scene, 3 if np.any(patches.second) or np.any(patches.twist) else 1)
         found = list(in_threads(lambda part: self._bounds(part, traced), parts()))
         return jax.tree.map(lambda *columns: np.concatenate(columns)[:count], *found)
 
     def _bounds(self, patches: Patches, traced: _Traced) -> tuple[Array, Bounds, Bounds]:
-        edges = [list(edge) for edge in patches[1 : traced.edges + 1]]
+        # Neighbours overlap, so that no rounding of their middles leaves a gap between them.
+        edges = [list(edge * (1 + OVERLAP)) for edge in patches[1 : traced.edges + 1]]
         reaches, joints, travels, rows, shapes = traced.enclosure(list(patches.middle), edges, self._leaves)
         is_smooth = np.ones(PATCHES, dtype=bool)
         for reach in reaches:
@@ -251,7 +254,7 @@ class Prover:
         for gauge, (value, low, high) in zip(traced.gauges, travels, strict=True):
             gauge = gauge._replace(low=low.middle, high=high.middle)
             own = gauge._replace(value=value.middle).margin
-            # No margin is convex in the value: the least is at an end.
+            # Every margin is concave in the value: the least is at an end.
             ends = [np.asarray(gauge._replace(value=value.middle + sign * value.radius).margin) for sign in (-1, 1)]
             worst = np.min([end.min(axis=0) for end in ends], axis=0) - SPARE
             travel, at_travel = np.minimum(travel, worst), np.minimum(at_travel, np.asarray(own).min(axis=0))

@@ -57,9 +57,9 @@ def highest_sheet(values: Array, stride: int, progress: Callable[[int, int], Non
     if low < 0:
         return None
     level = levels[low]
-    left = _unrolled(values >= (KEPT * level if level > 0 else level))
-    while stride > 0 and _struck(left, stride - 1) is not None:
-        stride -= 1
+    left, calmer = _unrolled(values >= level), _unrolled(values >= (KEPT * level if level > 0 else level))
+    while stride > 0 and _struck(calmer, stride - 1) is not None:
+        left, stride = calmer, stride - 1
     columns = _chosen(left, stride)
     around = values.shape[2]
     picked = np.take_along_axis(values, (columns % around)[:, :, None], 2)
@@ -67,11 +67,10 @@ def highest_sheet(values: Array, stride: int, progress: Callable[[int, int], Non
 
 
 def _unrolled(is_open: Array) -> Array:
-    """(rays, rows, 2 columns): columns from half a turn below those at the pole to half a turn above; one pole for all rays."""
+    """(rays, rows, 3 columns): from a whole turn below the columns at the pole to a whole turn above; one pole for all rays."""
     around = is_open.shape[2]
-    half = around // 2
-    found = np.concatenate([is_open[..., around - half :], is_open, is_open[..., : around - half]], axis=2)
-    found[:, 0, :half] = found[:, 0, half + around :] = False
+    found = np.tile(is_open, 3)
+    found[:, 0, :around] = found[:, 0, 2 * around :] = False
     found[:, 0] &= found[:, 0].all(axis=0)
     return found
 
@@ -117,5 +116,5 @@ def _chosen(left: Array, stride: int) -> Array:
     greatest, lowest = size - 1 - found[..., ::-1].argmax(axis=2), found.argmax(axis=2)
     middle = (greatest + lowest) // 2
     is_allowed = np.take_along_axis(left, middle[:, :, None], 2).all()
-    columns: Array = (middle if is_allowed else greatest) - (size // 2) // 2
+    columns: Array = (middle if is_allowed else greatest) - size // 3
     return columns

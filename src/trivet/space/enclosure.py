@@ -94,10 +94,11 @@ class Enclosure:
                 radius = point.radius
                 for slope in slopes[k::count]:
                     radius = radius + np.abs(slope.middle) + slope.radius
-                radius = np.where(np.isnan(radius), np.inf, radius)
+                radius = np.where(np.isnan(radius) | ~np.isfinite(point.middle), np.inf, radius)
                 if whole.jumps is not None:
                     radius = np.where(whole.jumps, np.inf, radius)
-                radius = np.fmin(_up(radius), np.where(np.isnan(whole.radius), np.inf, whole.radius))
+                values = np.where(np.isnan(whole.radius) | ~np.isfinite(point.middle), np.inf, whole.radius)
+                radius = np.fmin(_up(radius), values)
                 balls.append(Ball(point.middle, np.broadcast_to(radius, np.shape(point.middle))))
             return jax.tree.unflatten(self._tree, balls)
 
@@ -122,7 +123,9 @@ def _evaluated(closed: Any, arguments: Sequence[Ball]) -> list[Ball]:
             # Nothing hangs on the choice, so that it may be that of the middle all over the box.
             known[equation.outvars[0]] = Ball(np.where(given[0].middle < 0, -1.0, 1.0), 0.0)
             continue
-        inner = next((equation.params[key] for key in ("jaxpr", "call_jaxpr") if key in equation.params), None)
+        inner = None
+        if name in _CALLS:
+            inner = next((equation.params[key] for key in ("jaxpr", "call_jaxpr") if key in equation.params), None)
         if inner is not None:
             results = _evaluated(inner, given)
         elif all(_is_exact(ball) for ball in given) and (name == "gather" or all(_is_whole(ball) for ball in given)):
@@ -183,6 +186,8 @@ def _quotient(_: Any, a: Ball, b: Ball) -> Ball:
 
 def _power(params: Any, a: Ball) -> Ball:
     found, power = a, params["y"]
+    if power == 0:
+        return Ball(np.ones_like(a.middle), 0.0)
     for _ in range(abs(power) - 1):
         found = _product(None, found, a)
     return found if power > 0 else _reciprocal(found)
@@ -272,9 +277,14 @@ def _converted(params: Any, a: Ball) -> Ball:
     kind = np.dtype(params["new_dtype"])
     if np.issubdtype(kind, np.bool_):
         return Ball(np.asarray(a.middle).astype(kind), a.radius)
+    if kind != np.float64 and not (_is_exact(a) or np.asarray(a.middle).dtype == bool):
+        raise NotImplementedError(f"no bounds are known for a conversion to {kind}")
     is_open = np.asarray(a.radius) if np.asarray(a.radius).dtype == bool else np.zeros(())
     return Ball(np.asarray(a.middle).astype(kind), np.asarray(a.radius, dtype=float), is_open if is_open.any() else None)
 
+
+_CALLS = ("jit", "pjit", "closed_call", "core_call", "custom_jvp_call", "custom_vjp_call", "checkpoint", "remat")
+"""Operations that are functions of their own, done once."""
 
 _RULES: dict[str, Callable[..., Ball]] = {
     "add": _sum,
@@ -328,7 +338,6 @@ _MOVES: dict[str, Callable[..., Any]] = {
     "concatenate": lambda params, *parts: np.concatenate(parts, params["dimension"]),
     "stack": lambda params, *parts: np.stack(parts, params["axis"]),
     "copy": lambda params, a: a,
-    "stop_gradient": lambda params, a: a,
 }
 """What only moves numbers about: done to middles and radii alike."""
 

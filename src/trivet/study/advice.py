@@ -23,6 +23,8 @@ LEAST_SIGMA = 0.05
 """sigma_min below which no way is worth a change of the machine."""
 TRIED, STEPS = 6, (1.0, 1.5, 2.5)
 """Dimensions that are tried, those that need the least change first, and how much of what the slope asks for."""
+HALVINGS = 5
+"""Between a change that does not serve and one that does."""
 HEIGHT = "height of the sphere"
 
 
@@ -50,8 +52,8 @@ def advice(plan: Plan) -> tuple[Change, ...]:
     """Which dimension to change so that a way is inside all travel, those that need the least change first.
 
     Of all ways that only travel forbids the one with the greatest worst margin is taken; the slopes of that margin by the
-    dimensions, at its worst place, say to first order what each would have to be (at the best way's worst place the way itself
-    need not be changed with the dimension: the envelope theorem).  Each is then tried.
+    dimensions, at its worst place, estimate what each would have to be (as if the way stayed there, which holds to first order
+    where one joint alone decides: the envelope theorem).  Each is then tried, and narrowed down by halving.
 
     Args:
         plan: one without a way.
@@ -88,14 +90,23 @@ def _margin(machine: Machine, height: Any, worst: Touch, radius: float, signs: A
 
 
 def _tried(plan: Plan, name: str, now: float, wanted: float) -> Change:
-    for step in STEPS:
-        value = now + step * (wanted - now)
-        try:
-            if replanned(plan, name if name != HEIGHT else None, value).is_possible:
-                return Change(name, now, value, True, _written(plan.machine, name, now, value))
-        except TrivetError:  # beyond what a machine can be
-            continue
+    low = 0.0
+    for high in STEPS:
+        if _passes(plan, name, now + high * (wanted - now)):
+            for _ in range(HALVINGS):
+                middle = (low + high) / 2
+                low, high = (low, middle) if _passes(plan, name, now + middle * (wanted - now)) else (middle, high)
+            value = now + high * (wanted - now)
+            return Change(name, now, value, True, _written(plan.machine, name, now, value))
+        low = high
     return Change(name, now, wanted, False, _written(plan.machine, name, now, wanted))
+
+
+def _passes(plan: Plan, name: str, value: float) -> bool:
+    try:
+        return replanned(plan, name if name != HEIGHT else None, value).is_possible
+    except TrivetError:  # beyond what a machine can be
+        return False
 
 
 def _written(machine: Machine, name: str, *values: float) -> tuple[str, str]:

@@ -12,6 +12,7 @@ from trivet.model.quantity import Quantity
 from trivet.statics.objective import objective
 from trivet.study.roll_grid import Aim
 
+LEAST = 1e-30
 _STIFFNESS = Quantity("stiffness", "N/m", "N/um", positive=True)
 _ROTATIONAL = Quantity("rotational stiffness", "N m/rad", "N m/rad", positive=True)
 
@@ -43,11 +44,11 @@ def _unit(text: str, scalar: object, one: str) -> float:
     try:
         if scalar is None:
             value = float(one)
-            if not 0 < value < float("inf"):
+            if not LEAST <= value <= 1 / LEAST:
                 raise ValueError
             return value
         return (_ROTATIONAL if getattr(scalar, "is_rotational", False) else _STIFFNESS).parse(one)
     except ValueError:
-        raise InputError(f'objective "{text}": expected a number above zero') from None
+        raise InputError(f'objective "{text}": expected a number above zero, from {LEAST:g} to {1 / LEAST:g}') from None
     except PydanticCustomError as error:
         raise InputError(f'objective "{text}": {error.message()}') from None

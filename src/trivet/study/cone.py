@@ -87,14 +87,17 @@ def cone(
     Raises:
         InputError: as for `trivet.plan`.
     """
+    if max(azimuths, rolls) > LARGEST_GRID:
+        raise InputError(f"too many azimuths or rolls; no more than {LARGEST_GRID:.0e} poses")
     if not (0 < tilt <= math.pi / 2 and 0 < step <= tilt and azimuths >= 3 and rolls >= 8):
         raise InputError(
             f"a cone of {math.degrees(tilt):g} deg in steps of {math.degrees(step):g} deg, {azimuths} azimuths and {rolls} "
             "rolls; expected a tilt above zero, up to 90 deg, no step above it, at least 3 azimuths and 8 rolls"
         )
     if azimuths * rolls * (tilt / step + 1) > LARGEST_GRID:
-        raise InputError(f"a grid of more than {LARGEST_GRID:.0e} poses; take wider steps")
+        raise InputError(f"no more than {LARGEST_GRID:.0e} poses; take wider steps")
     rules, height = rules_for(machine, radius, height, mode, neutral, aims, limits, bodies, solid)
+    rules = rules._replace(least_sigma=sigma or 0.0)
     tilts = np.linspace(0.0, tilt, max(2, round(tilt / step) + 1))
     around = 2 * math.pi / azimuths * np.arange(azimuths)
     values, sides = [], []

@@ -26,6 +26,8 @@ from trivet.space.batches import in_batches
 from trivet.study.machines import MachineLike, choose
 from trivet.study.pathfile import PathFile
 from trivet.study.roll_grid import (
+    RESERVE_GAP,
+    RESERVE_TRAVEL,
     Aim,
     Along,
     Field,
@@ -53,6 +55,8 @@ TRIES = 4
 """Further ways that are tried where one cannot be proven."""
 BUDGET = 200_000
 """Patches of a proof, at most."""
+PIECES, NOT_ZERO = 24, 1e-3
+"""Of a whole turn of the roll, and sigma_min, with which it is proven that no pose of an end is singular."""
 SIGMA = Aim("sigma_min", None, 1.0)
 
 
@@ -353,6 +357,8 @@ def plans(
 
 
 def _check(to: float, step: float, rolls: int, sigma: float | None) -> None:
+    if rolls > LARGEST_GRID:
+        raise InputError(f"too many rolls; no more than {LARGEST_GRID:.0e} poses")
     if not (0 < to <= math.pi * (1 + 1e-12) and 0 < step <= to and rolls >= 8 and to / step * rolls <= LARGEST_GRID):
         raise InputError(
             f"a tilt to {math.degrees(to):g} deg in steps of {math.degrees(step):g} deg with {rolls} rolls; expected a tilt "
@@ -426,17 +432,33 @@ def _stop(rules: Rules, grid: RollGrid, start: Array, field: Field, highest: int
     if len(closed):
         return f"beyond {grid.mark(closed[0] - 1)} {_fault(rules, grid, int(closed[0]))}"
     for words, freer in (
+        (f"with a sigma_min below {rules.least_sigma:g}", rules._replace(least_sigma=0.0)),
         ("through other bodies", rules._replace(scene=None)),
         ("beyond limits", rules._replace(limits=False)),
         ("beyond limits and through other bodies", rules._replace(scene=None, limits=False)),
     ):
+        if freer == rules:
+            continue
         way, _, _ = best_way(field_of(freer, grid), start, all_round=True)
         if way is not None:
             return f"a way leads {words} only: {_worst(rules, grid.at(way.rows, way.columns))}"
-    first, last = (np.unique(row[row != 0]) for row in field_of(freer, grid).side[[0, -1]])
-    if len(first) == len(last) == 1 and first[0] != last[0]:
-        return "start and end lie on different sides of a Type 2 singularity at every roll, whatever limits and bodies"
-    return f"no way leads around the Type 2 singularities beyond {grid.mark(highest)}, whatever limits and bodies"
+    return _apart(rules._replace(scene=None, limits=False, least_sigma=0.0, aims=(SIGMA,)), grid, highest)
+
+
+def _apart(free: Rules, grid: RollGrid, highest: int) -> str:
+    """Why there is no way although neither limits nor bodies are looked at."""
+    first, last = (np.unique(row[row != 0]) for row in field_of(free, grid).side[[0, -1]])
+    if not (len(first) == len(last) == 1 and first[0] != last[0]):
+        return (
+            f"no way of this grid leads around the Type 2 singularities beyond {grid.mark(highest)}, whatever limits and bodies"
+        )
+    # det J_x is continuous in a mode: where all of the start has one sign and all of the end the other, every way passes zero.
+    around = np.linspace(0.0, grid.columns, PIECES + 1)
+    ends = (np.stack(grid.at(np.full(len(around), float(row)), around)) for row in (0, grid.shape[0] - 1))
+    demand = demand_of(free, NOT_ZERO)
+    is_proven = all(prover_of(free).prove(Patches.along(end), demand, BUDGET // 10).is_proven for end in ends)
+    rolls = "every roll, which is proven" if is_proven else f"each of {grid.columns} rolls"
+    return f"start and end lie on different sides of a Type 2 singularity at {rolls}, whatever limits and bodies"
 
 
 def _fault(rules: Rules, grid: RollGrid, row: int) -> str:
@@ -445,9 +467,9 @@ def _fault(rules: Rules, grid: RollGrid, row: int) -> str:
     poses = frames_of(touch, rules.radius)
     travel = travel_margin(rules.machine, poses, rules.signs)
     nearest = int(travel.argmax())
-    if rules.scene is not None and (travel[nearest] > 0 or not rules.limits):
+    if rules.scene is not None and (travel[nearest] > RESERVE_TRAVEL or not rules.limits):
         _, gaps = nearest_bodies(rules.machine, rules.scene, poses, rules.signs, rules.workpiece)
-        is_inside = travel > 0 if rules.limits else travel > -np.inf
+        is_inside = travel > RESERVE_TRAVEL if rules.limits else travel > -np.inf
         nearest = int(np.where(is_inside, gaps, -np.inf).argmax())
     return _worst(rules, Touch(*(c[nearest : nearest + 1] for c in touch)))
 
@@ -463,6 +485,12 @@ def _worst(rules: Rules, touch: Touch) -> str:
         return f"{miss.reason} ({degrees_of(touch, k)})"
     if rules.scene is not None:
         names, gaps = nearest_bodies(rules.machine, rules.scene, poses, rules.signs, rules.workpiece)
-        k = int(gaps.argmin())
-        return f"{names[k][0]} and {names[k][1]} are {gaps[k] * 1e3:.3g} mm apart ({degrees_of(touch, k)})"
-    return f"less is left of a joint's travel than a plan keeps in hand ({degrees_of(touch, k)})"
+        nearest = int(gaps.argmin())
+        if gaps[nearest] <= rules.gap + RESERVE_GAP and not (rules.limits and travel[k] <= RESERVE_TRAVEL):
+            pair = f"{names[nearest][0]} and {names[nearest][1]}"
+            return f"{pair} are {gaps[nearest] * 1e3:.3g} mm apart ({degrees_of(touch, nearest)})"
+    if rules.limits and travel[k] <= RESERVE_TRAVEL:
+        return f"less is left of a joint's travel than a plan keeps in hand ({degrees_of(touch, k)})"
+    sigma = control(rules.machine, poses, rules.signs).sigma_min
+    k = int(sigma.argmin())
+    return f"sigma_min is {sigma[k]:.3g}, {rules.least_sigma:g} is demanded ({degrees_of(touch, k)})"

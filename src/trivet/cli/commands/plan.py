@@ -8,7 +8,7 @@ import typer
 
 from trivet.cli import options as o
 from trivet.cli import output
-from trivet.cli.groups import DataOutput
+from trivet.cli.groups import Output
 
 NEUTRAL = "as-described|home|normal|radial|elevation"
 
@@ -74,7 +74,7 @@ def run(
         typer.Option("--advise", help="Where travel stops the one way asked for: which smallest change would let it pass."),
     ] = False,
     settings: o.Settings = None,
-    out: DataOutput,
+    out: Output,
 ) -> None:
     """How a machine gets to a tilt: without a singularity, the end of a joint's travel or a collision; proven between poses."""
     from trivet.cli.views import cone as cone_view
@@ -106,6 +106,8 @@ def run(
     if within is not None:
         if len(chosen) > 1 or len(height or []) > 1 or len(modes or []) > 1 or start_roll is not None:
             raise InputError("--cone: takes one machine, height and mode at a time, and no --roll")
+        if advise or (to, azimuth) != ("90 deg", "0 deg"):
+            raise InputError("--cone: takes all directions; no --to, --azimuth or --advise with it")
         with output.progress(out.as_json, "") as advance:
             found = cone(
                 chosen[0],
@@ -117,6 +119,8 @@ def run(
             )
         out.give(found, cone_view)
         return
+    if advise and (len(chosen) > 1 or len(height or []) > 1 or len(modes or []) > 1 or modes == ["all"]):
+        raise InputError("--advise: of one machine, height and mode at a time")
     if along is not None:
         if solid or radius is not None or height or (to, azimuth) != ("90 deg", "0 deg"):
             raise InputError("--path: says where the platform goes; no --to, --azimuth, --radius, --height or --solid with it")
@@ -143,11 +147,8 @@ def run(
     _give(study, advise, out)
 
 
-def _give(study: Any, advise: bool, out: DataOutput) -> None:
+def _give(study: Any, advise: bool, out: Output) -> None:
     from trivet.cli.views import plan as view
-    from trivet.errors import InputError
     from trivet.study.advice import advice
 
-    if advise and len(study.plans) > 1:
-        raise InputError("--advise: of one machine, height and mode at a time")
     out.give(study, view, advice(study.plans[0]) if advise else None)

@@ -8,6 +8,7 @@ from typing import Any
 
 from trivet.cli.views.layout import table
 from trivet.cli.views.si import finite
+from trivet.cli.views.tilt import free_cones
 from trivet.kinematics.inverse import branches
 from trivet.kinematics.mode import mode_words, parse_mode
 from trivet.reach.certificate import Demand, Proof, Touch
@@ -102,6 +103,8 @@ def _one(plan: Plan) -> Iterator[Any]:
         found.add_row(plan.grid.mark(place), *(f"{math.degrees(angle):.3f}" for angle in angles))
     if len(plan.places) > SHOWN:
         found.add_row(f"and {len(plan.places) - SHOWN} more with --json")
+    if plan.proof is not None and not plan.is_safe:
+        yield proof_words(plan.proof)
     yield found
     worst = plan.along.touch
     yield "\n".join([
@@ -162,7 +165,13 @@ def rules_words(rules: Rules) -> str:
         *(["bodies apart"] if rules.scene is not None else []),
         "one side of every Type 2 singularity",
     ]
-    return f"value: {aims} at its least, made as great as it can be; kept to: {', '.join(limits)}"
+    lines = [f"value: the least {aims} along the way, which is made as great as it can be; kept to: {', '.join(limits)}"]
+    names = free_cones(rules.machine)
+    if names and rules.limits:
+        lines.append(f"NOT checked: the cone of {', '.join(names)}, for no neutral axis is given (--neutral)")
+    if rules.radius > 0 and not any(part.source == ("workpiece",) for part in (rules.scene.parts if rules.scene else ())):
+        lines.append("the sphere is where the platform goes, and nothing to run into (--solid makes it so)")
+    return "\n".join(lines)
 
 
 def _verdict(plan: Plan) -> str:
@@ -206,6 +215,7 @@ def _plan(plan: Plan) -> dict[str, Any]:
         "to_rad": float(path.tilt[-1]),
         "aims": [{"name": aim.name, "one": aim.unit} for aim in plan.rules.aims],
         "limits": plan.rules.limits,
+        "cones_not_checked": free_cones(plan.machine),
         "bodies_apart": plan.rules.scene is not None,
         "possible": plan.is_possible,
         "safe": plan.is_safe,

@@ -12,6 +12,7 @@ import numpy as np
 from trivet.cli.views.layout import table
 from trivet.cli.views.si import finite
 from trivet.kinematics.mode import mode_words
+from trivet.model import Machine
 from trivet.reach.neutral import REFERENCES
 from trivet.study.tilt import TiltReport, TiltStudy
 
@@ -44,7 +45,7 @@ def _notes(study: TiltStudy) -> str:
         if report.apart:
             lines.append(f"{report.machine.name}: no straight way from home to the pole was found, {report.apart}")
     for report in study.reports:
-        names = ", ".join(_free_cones(report))
+        names = ", ".join(free_cones(report.machine))
         if names:
             lines.append(f"{report.machine.name}: the cone of {names} is not checked, for no neutral axis is given (--neutral)")
     lines.append(
@@ -55,12 +56,12 @@ def _notes(study: TiltStudy) -> str:
 
 
 def _unchecked(report: TiltReport) -> str:
-    return "; cones are not checked" if _free_cones(report) else ""
+    return "; cones are not checked" if free_cones(report.machine) else ""
 
 
-def _free_cones(report: TiltReport) -> list[str]:
-    """Sockets whose cone is recorded and not checked."""
-    balls = [e for chain in report.machine.chains.values() for e in chain.elements if getattr(e, "cone", None) is not None]
+def free_cones(machine: Machine) -> list[str]:
+    """Sockets of a machine whose cone is recorded and not checked."""
+    balls = [e for chain in machine.chains.values() for e in chain.elements if getattr(e, "cone", None) is not None]
     return list(dict.fromkeys(e.name for e in balls if not getattr(e, "is_limited", True)))
 
 
