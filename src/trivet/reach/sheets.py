@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 Array = NDArray[Any]
 
-
 KEPT = 0.95
 """Part of the greatest least value with which a sheet is content when it can turn less for it."""
 

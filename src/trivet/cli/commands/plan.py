@@ -8,9 +8,8 @@ import typer
 
 from trivet.cli import options as o
 from trivet.cli import output
+from trivet.cli.commands.tilt import NEUTRAL
 from trivet.cli.groups import Output
-
-NEUTRAL = "as-described|home|normal|radial|elevation"
 
 
 def run(
