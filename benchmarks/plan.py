@@ -15,9 +15,10 @@ from benchmarks.kernels import Row
 from benchmarks.pairs import paired
 from trivet.kinematics.mode import closed_form_signs
 from trivet.model import load
-from trivet.reach.certificate import Demand, Patches, Prover, Touch
+from trivet.reach.certificate import Demand, Patches, Prover
 from trivet.reach.margins import clearance, control, travel_margin
 from trivet.reach.scene import scene_of
+from trivet.reach.touch import Touch
 from trivet.reach.ways import widest
 from trivet.study.plan import SIGMA
 from trivet.study.roll_grid import Field, RollGrid, Rules, best_way, field_of

@@ -14,10 +14,11 @@ import trivet as t
 from trivet.kinematics.mode import all_modes, parse_mode
 from trivet.kinematics.standing import home_pose
 from trivet.model import catalogue, load
-from trivet.reach.certificate import Demand, Patches, Prover, Touch
+from trivet.reach.certificate import Demand, Patches, Prover
 from trivet.reach.margins import clearance, control, travel_margin
 from trivet.reach.neutral import with_neutral
 from trivet.reach.scene import Scene, scene_of
+from trivet.reach.touch import Touch
 
 MACHINES = [name for name in catalogue() if parse_mode(load(name)) is not None and name != "rmmt"]
 

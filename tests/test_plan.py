@@ -17,7 +17,7 @@ from plain_azulay import met, rotation
 import trivet as t
 from trivet.kinematics.mode import all_modes
 from trivet.model import dimensions, load
-from trivet.reach.certificate import Touch
+from trivet.reach.touch import Touch
 from trivet.study.advice import _margin, advice
 from trivet.study.aims import read_aims
 from trivet.study.cone import cone

@@ -16,7 +16,6 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,10 +27,9 @@ from trivet.model import Machine
 from trivet.reach.distance import Box, Capsule
 from trivet.reach.margins import all_distances, forces
 from trivet.reach.scene import FAR, Ball, Scene, placed
+from trivet.reach.touch import Touch
 from trivet.space import enclosure
 from trivet.space.batches import in_threads
-from trivet.space.frame import Angle, Frame
-from trivet.space.pose import rolled
 from trivet.space.vector import Vec
 
 Array = NDArray[Any]
@@ -44,26 +42,6 @@ OVERLAP = 1e-8
 """Of patches, in parts of themselves."""
 SPARE = 1e-12
 """By how much the values at a middle, worked out in floating point, may be wrong: parts, and m."""
-
-
-class Touch(NamedTuple):
-    """Coordinates of poses, (n,) each: the platform touches a sphere about a centre, at an azimuth and tilt, with a roll."""
-
-    x: Any
-    y: Any
-    z: Any
-    """Centre of the sphere in {O}, m."""
-    azimuth: Any
-    tilt: Any
-    roll: Any
-    """rad."""
-
-    def frame(self, radius: float) -> Frame:
-        """Platform frames on spheres of a radius (m; 0 makes the centre the place of the platform); traced or of numbers."""
-        (ca, sa), (cb, sb), (cr, sr) = ((jnp.cos(a), jnp.sin(a)) for a in self[3:])
-        normal = Vec(ca * sb, sa * sb, cb)
-        centre = Vec(self.x, self.y, self.z) + normal * radius
-        return rolled(Frame(centre, Vec(ca * cb, sa * cb, -sb), Vec(-sa, ca, 0.0 * ca), normal), Angle(cr, sr))
 
 
 class Patches(NamedTuple):

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from trivet.errors import InputError
 from trivet.kinematics.mode import mode_text
 from trivet.model import Machine
-from trivet.reach.certificate import Patches, Proof, Touch
+from trivet.reach.certificate import Patches, Proof
 from trivet.reach.neutral import Reference
 from trivet.reach.sheets import Sheet, highest_sheet
+from trivet.reach.touch import Touch
 from trivet.study.machines import MachineLike
 from trivet.study.plan import BUDGET, LARGEST_GRID, SHARE, SIGMA, demand_of, prover_of, rules_for
 from trivet.study.roll_grid import Aim, Along, RollGrid, Rules, field_of, met

@@ -18,10 +18,11 @@ from trivet.kinematics.mode import all_modes, closed_form_signs, mode_text
 from trivet.kinematics.report import joint_states, shortfall
 from trivet.model import Machine, dimensions
 from trivet.model.check import check
-from trivet.reach.certificate import Demand, Patches, Proof, Prover, Touch
+from trivet.reach.certificate import Demand, Patches, Proof, Prover
 from trivet.reach.margins import control, nearest_bodies, travel_margin
 from trivet.reach.neutral import Reference, with_neutral
 from trivet.reach.scene import scene_of
+from trivet.reach.touch import Touch
 from trivet.space.batches import in_batches
 from trivet.study.machines import MachineLike, choose
 from trivet.study.pathfile import PathFile

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trivet.model import Machine
-from trivet.reach.certificate import Touch
 from trivet.reach.margins import clearance, control, travel_margin
 from trivet.reach.scene import FAR, Ball, Scene
+from trivet.reach.touch import Touch
 from trivet.reach.ways import Way, farthest, widest
 from trivet.space.batches import in_batches
 from trivet.space.frame import Frame

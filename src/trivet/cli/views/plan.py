@@ -11,7 +11,8 @@ from trivet.cli.views.si import finite
 from trivet.cli.views.tilt import free_cones
 from trivet.kinematics.inverse import branches
 from trivet.kinematics.mode import mode_words, parse_mode
-from trivet.reach.certificate import Demand, Proof, Touch
+from trivet.reach.certificate import Demand, Proof
+from trivet.reach.touch import Touch
 from trivet.study.advice import Change
 from trivet.study.plan import Plan, PlanStudy
 from trivet.study.roll_grid import Rules
