@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -14,6 +15,7 @@ from trivet.space.frame import IDENTITY, Angle, Frame, about_z
 from trivet.space.pose import rolled, tangent_axes, zyz_frame
 from trivet.space.scalar import Scalar, add, is_zero, mul, sub
 from trivet.space.screw import Twist, Wrench, rotation, translation
+from trivet.space.singular import least_singular_values
 from trivet.space.symmetric import Symmetric
 from trivet.space.vector import ZERO, Vec, X, Y, Z
 
@@ -240,3 +242,42 @@ def test_a_full_turn_comes_back(axis: Vec) -> None:
     for _ in range(8):
         found = found.turn(axis, angle(math.pi / 4))
     close(found.matrix(), np.eye(3))
+
+
+@pytest.mark.parametrize(
+    "spectrum",
+    [
+        (3.0, 2.0, 2.0, 1.0, 1.0, 0.4),
+        (3.0, 2.0, 2.0, 1.0, 0.1, 0.1),
+        (3.0, 2.0, 2.0, 0.1, 0.1, 0.1),
+        (3.0, 2.0, 2.0, 1.0, 0.1 + 1e-9, 0.1),
+        (1e3, 1.0, 1.0, 1e-3, 1e-3, 1e-6),
+        (1.0, 1.0, 1.0, 1.0, 1.0, 1.0),
+        (3.0, 2.0, 1.0, 1.0, 0.0, 0.0),
+        (1.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    ],
+)
+def test_least_singular_value_of_matrices_made_with_it(spectrum: tuple[float, ...]) -> None:
+    """The values that come together, or vanish, are where a search for them stands still."""
+    rng = np.random.default_rng(0)
+    left, right = (np.linalg.qr(rng.normal(size=(300, 6, 6)))[0] for _ in range(2))
+    matrices = np.moveaxis(left * spectrum @ right, 0, 2)
+    found = np.asarray(least_singular_values(jnp.asarray(matrices)))
+    assert np.abs(found - spectrum[-1]).max() < 1e-14 * spectrum[0]
+
+
+@pytest.mark.parametrize("size", [2, 4, 6])
+def test_least_singular_values_as_lapack_has_them(size: int) -> None:
+    matrices = np.random.default_rng(1).normal(size=(size, size, 1000))
+    matrices[0, :, 7] = matrices[:, 1, 8] = matrices[:, :, 9] = 0.0
+    matrices[:, :, 10], matrices[:, :, 11] = np.eye(size), np.eye(size)[::-1]
+    found = np.asarray(least_singular_values(jnp.asarray(matrices)))
+    expected = np.linalg.svd(np.moveaxis(matrices, 2, 0), compute_uv=False)
+    assert np.abs(found - expected[:, -1]).max() < 1e-14 * expected.max()
+
+
+def test_least_singular_value_of_what_is_not_known_is_not_known() -> None:
+    matrices = np.random.default_rng(2).normal(size=(6, 6, 36))
+    for k in range(36):
+        matrices[k // 6, k % 6, k] = np.nan
+    assert np.isnan(least_singular_values(jnp.asarray(matrices))).all()

@@ -16,6 +16,8 @@ Array = NDArray[Any]
 
 CAREFUL = 10.0
 """How much dearer a step is at the bottleneck's value than at twice that value."""
+LEAP = 8
+"""By how much a leap down the levels is longer than the one before."""
 _CLOSED = 1e7
 """Cost of a step that is not open; more than any way has."""
 
@@ -60,16 +62,26 @@ def widest(values: Array, start: Array, end: Array, *, all_round: bool) -> Way |
 
 def bottleneck(values: Array, start: Array, end: Array, *, all_round: bool) -> float:
     """The value of the widest way; minus infinity where there is none.  Arguments as for `widest`."""
-    most = min(np.max(values, where=nodes, initial=-np.inf) for nodes in (start, end))
+    # Every way meets every row, so that none is better than the best node of the worst row; most often one is as good.
+    most = min(*(np.max(values, where=nodes, initial=-np.inf) for nodes in (start, end)), _narrowest(values, start, end))
     levels = np.unique(values[np.isfinite(values) & (values <= most)])
-    low, high = -1, len(levels)  # joined at levels[low], not joined at levels[high]
-    while high - low > 1:
+    low, high, leap = len(levels) - 1, len(levels), 1  # not joined at levels[high]
+    while low >= 0 and not _is_joined(values >= levels[low], start, end, all_round):
+        low, high, leap = max(low - leap, -1), low, LEAP * leap
+    while high - low > 1:  # joined at levels[low]
         middle = (low + high) // 2
         if _is_joined(values >= levels[middle], start, end, all_round):
             low = middle
         else:
             high = middle
     return float(levels[low]) if low >= 0 else -np.inf
+
+
+def _narrowest(values: Array, start: Array, end: Array) -> float:
+    """The best value of the worst row between all starts and all ends."""
+    first, last = np.flatnonzero(start.any(axis=1)), np.flatnonzero(end.any(axis=1))
+    between = values[first.max(initial=0) : last.min(initial=len(values)) + 1]
+    return float(between.max(axis=1).min(initial=np.inf)) if len(between) else np.inf
 
 
 def farthest(is_open: Array, start: Array, *, all_round: bool) -> int:
@@ -117,18 +129,17 @@ def _cost(values: Array, least: float) -> Array:
 def _steady(cost: Array, start: Array, end: Array, *, all_round: bool) -> tuple[Array, Array] | None:
     """The cheapest way from the first row to the last that never goes back: row by row."""
     rows, columns = cost.shape
-    turns = 3 if all_round else 1
+    turns = 2 if all_round else 1
     wide = np.tile(cost, (1, turns))
     up, down = np.cumsum(wide, axis=1), np.cumsum(wide[:, ::-1], axis=1)
-    middle = slice(columns, 2 * columns) if all_round else slice(None)
     best = np.empty(cost.shape)
     entered = np.where(start, 0.0, np.inf)
     for row in range(rows):
         # The least cost at each place of a row which is entered at some cost, and along which every step costs its place's.
         own = np.concatenate([entered] * turns)
         forth = np.minimum.accumulate(own - up[row]) + up[row]
-        back = (np.minimum.accumulate(own[::-1] - down[row]) + down[row])[::-1]
-        best[row] = np.minimum(forth[middle], back[middle])
+        back = np.minimum.accumulate(own[::-1] - down[row]) + down[row]
+        best[row] = np.minimum(forth[-columns:], back[-columns:][::-1])
         if row + 1 < rows:
             entered = best[row] + cost[row + 1]
     last = np.where(end, best[-1], np.inf)
