@@ -20,7 +20,7 @@ from trivet.reach.margins import clearance, control, travel_margin
 from trivet.reach.scene import scene_of
 from trivet.reach.touch import Touch
 from trivet.reach.ways import widest
-from trivet.study.plan import SIGMA
+from trivet.study.aims import SIGMA
 from trivet.study.roll_grid import Field, RollGrid, Rules, best_way, field_of
 from trivet.study.tilt import ball_of
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
 
 import jax
 import jax.numpy as jnp
@@ -17,12 +18,15 @@ from plain_azulay import met, rotation
 import trivet as t
 from trivet.kinematics.mode import all_modes
 from trivet.model import dimensions, load
+from trivet.reach.margins import side
 from trivet.reach.touch import Touch
-from trivet.study.advice import _margin, advice
+from trivet.study.advice import advice
 from trivet.study.aims import read_aims
 from trivet.study.cone import cone
 from trivet.study.pathfile import read_path
 from trivet.study.plan import Plan, plan, plan_along, plans, with_dimension
+from trivet.study.requirements import Requirements, Settings
+from trivet.study.roll_grid import frames_of
 
 FINER = 50
 SCENARIOS = int(os.environ.get("TRIVET_SCENARIOS", "24"))
@@ -64,10 +68,20 @@ def test_no_machine_of_the_paper_gets_to_the_horizon_in_its_own_mode(name: str, 
     for limits in (True, False):
         found = plan(name, 0.004, height, limits=limits, bodies=limits, step=math.radians(2), rolls=90)
         assert not found.is_possible
-        assert found.stopped_by == (
+        words, _, ring = found.stopped_by.partition("; ")
+        assert words == (
             "start and end lie on different sides of a Type 2 singularity at every roll, which is proven, "
             "whatever limits and bodies"
         )
+        # The ring, sign by sign at steps of a tenth of a degree.
+        tilts, rolls = np.meshgrid(np.radians(np.arange(0.05, 90, 0.1)), np.radians(np.arange(0, 360, 4)), indexing="ij")
+        still = np.zeros(tilts.size)
+        touch = Touch(still, still, still + height, still, tilts.ravel(), rolls.ravel())
+        sides = side(found.machine, frames_of(touch, 0.004), found.rules.signs).reshape(tilts.shape)
+        crossed = np.degrees(tilts[:-1][sides[:-1] * sides[1:] < 0]) + 0.05
+        told = re.fullmatch(r"det J_x changes sign at tilts from (.*) to (.*) deg", ring)
+        assert told is not None
+        assert [float(told[1]), float(told[2])] == pytest.approx([crossed.min(), crossed.max()], abs=0.15)
         assert math.radians(15) < found.grid.path.tilt[found.highest] < math.radians(60)
 
 
@@ -203,6 +217,24 @@ def test_modes_in_order() -> None:
     assert len(everything.plans) == 8
 
 
+def test_settings_are_the_requirements_by_keywords() -> None:
+    assert list(get_type_hints(Settings).items()) == list(get_type_hints(Requirements).items())
+    with pytest.raises(TypeError, match="heigth"):
+        plan("azulay", heigth=0.11)  # type: ignore[call-arg]
+    for asked in (plan, cone):
+        with pytest.raises(t.InputError, match="must be above zero"):
+            asked("azulay", 0.1, sigma=-1.0)  # type: ignore[operator]
+
+
+def test_reasons_are_worked_out_only_when_they_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[int] = []
+    monkeypatch.setattr("trivet.study.plan.stop", lambda *what: told.append(1) or "something")
+    found = plan("azulay", 0.004, 0.121, step=math.radians(5), rolls=36, bodies=False)
+    assert not found.is_possible
+    assert not told
+    assert found.stopped_by == "something"
+
+
 # The command.
 
 
@@ -300,6 +332,8 @@ def test_advice_names_changes_that_let_a_mode_pass() -> None:
 
 
 def test_slopes_of_the_worst_margin_against_differences() -> None:
+    from trivet.study.advice import _margin
+
     stopped = plan("azulay", 0.004, 0.121, mode="++ ++ -+", step=math.radians(3), rolls=60, proof=False)
     worst = Touch(*(np.float64(v) for v in (0.0, 0.0, 0.121, 0.3, 0.4, 1.0)))
     machine, signs = stopped.machine, np.asarray(stopped.rules.signs)

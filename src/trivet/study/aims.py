@@ -12,13 +12,15 @@ from trivet.model.quantity import Quantity
 from trivet.statics.objective import objective
 from trivet.study.roll_grid import Aim
 
+SIGMA = Aim("sigma_min", None, 1.0)
+"""How far a pose is from a Type 2 singularity."""
 LEAST = 1e-30
 _STIFFNESS = Quantity("stiffness", "N/m", "N/um", positive=True)
 _ROTATIONAL = Quantity("rotational stiffness", "N m/rad", "N m/rad", positive=True)
 
 
-def read_aims(written: Sequence[str]) -> tuple[Aim, ...]:
-    """Read aims.
+def read_aims(written: Sequence[Aim | str]) -> tuple[Aim, ...]:
+    """Read aims; those that are read already stay as they are.
 
     Args:
         written: names, each with what counts as one; that is 1 in SI when it is not given, which serves a single aim only.
@@ -26,8 +28,13 @@ def read_aims(written: Sequence[str]) -> tuple[Aim, ...]:
     Raises:
         InputError: for unknown names, and for several aims without what counts as one.
     """
+    if isinstance(written, (str, Aim)):  # of both Python would take the parts
+        written = (written,)
     found = []
     for text in written:
+        if isinstance(text, Aim):
+            found.append(text)
+            continue
         name, sign, one = (part.strip() for part in text.partition("="))
         if not sign and len(written) > 1:
             raise InputError(

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trivet.errors import InputError
-from trivet.kinematics.mode import mode_text
+from trivet.kinematics.mode import mode_text, mode_words
 from trivet.model import Machine
 from trivet.reach.certificate import Patches, Proof
 from trivet.reach.neutral import Reference
 from trivet.reach.sheets import Sheet, highest_sheet
 from trivet.reach.touch import Touch
 from trivet.study.machines import MachineLike
-from trivet.study.plan import BUDGET, LARGEST_GRID, SHARE, SIGMA, demand_of, prover_of, rules_for
-from trivet.study.roll_grid import Aim, Along, RollGrid, Rules, field_of, met
+from trivet.study.requirements import LARGEST_GRID, Requirements, Settings, on_sphere, verdict
+from trivet.study.roll_grid import Along, RollGrid, Rules, field_of, met
 
 Array = NDArray[Any]
 
@@ -28,12 +28,11 @@ STRIDE = 3
 """By how many rolls of the grid neighbouring directions differ, at most."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ConePlan:
     """Rolls over a cone of directions in one working mode."""
 
     rules: Rules
-    mode: str
     neutral: Reference
     knots: Touch
     """(azimuths + 1, tilts) poses at the nodes of the surface, bilinear between; zero rolls where there is no sheet."""
@@ -43,7 +42,7 @@ class ConePlan:
     """What is met at nodes and between them."""
     proof: Proof | None
     largest: float
-    """Tilt (rad) of the widest cone of this grid that has a sheet; NaN for none, and where it is not asked for."""
+    """Tilt (rad) of the widest cone of this grid that has a sheet; NaN for none."""
 
     @property
     def machine(self) -> Machine:
@@ -51,9 +50,33 @@ class ConePlan:
         return self.rules.machine
 
     @property
+    def mode(self) -> str:
+        """The working mode."""
+        return mode_text(self.machine, self.rules.signs)
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether there is a continuous roll all over the cone."""
+        return self.sheet is not None
+
+    @property
     def is_safe(self) -> bool:
         """Whether it is proven that all poses of the sheet are free."""
         return self.proof is not None and self.proof.is_proven
+
+    @property
+    def verdict(self) -> str:
+        """What became of it, in a word or two."""
+        return verdict(self.proof) if self.is_possible else "no continuous roll"
+
+    @property
+    def value(self) -> float:
+        """The least value at samples; NaN for none."""
+        return math.nan if self.samples is None else float(self.samples.value.min())
+
+    def __repr__(self) -> str:
+        tilt, value = math.degrees(self.knots.tilt.max()), f", least value {self.value:.4g}" if self.is_possible else ""
+        return f"<ConePlan: {self.machine.name}, {mode_words(self.mode)}, up to {tilt:.4g} deg: {self.verdict}{value}>"
 
 
 def cone(
@@ -62,23 +85,17 @@ def cone(
     radius: float | None = None,
     height: float | None = None,
     *,
-    mode: str | None = None,
-    neutral: Reference = "as-described",
-    aims: Sequence[Aim] = (SIGMA,),
-    limits: bool = True,
-    bodies: bool = True,
     solid: bool = False,
     azimuths: int = AZIMUTHS,
     step: float = STEP,
     rolls: int = ROLLS,
-    proof: bool = True,
-    sigma: float | None = None,
     progress: Callable[[str, int, int], None] = lambda name, done, total: None,
+    **settings: Unpack[Settings],
 ) -> ConePlan:
     """A roll for every direction within a cone about z, continuous all over it, on a sphere.
 
     Args:
-        machine, radius, height, mode, neutral, aims, limits, bodies, solid, proof, sigma: as for `trivet.plan`.
+        machine, radius, height, solid, settings: as for `trivet.plan`.
         tilt: of the cone, rad.
         azimuths: of the grid, evenly all round.
         step: of its tilts, rad.
@@ -88,17 +105,9 @@ def cone(
     Raises:
         InputError: as for `trivet.plan`.
     """
-    if max(azimuths, rolls) > LARGEST_GRID:
-        raise InputError(f"too many azimuths or rolls; no more than {LARGEST_GRID:.0e} poses")
-    if not (0 < tilt <= math.pi / 2 and 0 < step <= tilt and azimuths >= 3 and rolls >= 8):
-        raise InputError(
-            f"a cone of {math.degrees(tilt):g} deg in steps of {math.degrees(step):g} deg, {azimuths} azimuths and {rolls} "
-            "rolls; expected a tilt above zero, up to 90 deg, no step above it, at least 3 azimuths and 8 rolls"
-        )
-    if azimuths * rolls * (tilt / step + 1) > LARGEST_GRID:
-        raise InputError(f"no more than {LARGEST_GRID:.0e} poses; take wider steps")
-    rules, height = rules_for(machine, radius, height, mode, neutral, aims, limits, bodies, solid)
-    rules = rules._replace(least_sigma=sigma or 0.0)
+    _check(tilt, azimuths, step, rolls)
+    wanted = Requirements(**settings)
+    rules, height = on_sphere(wanted.rules(machine), radius, height, solid)
     tilts = np.linspace(0.0, tilt, max(2, round(tilt / step) + 1))
     around = 2 * math.pi / azimuths * np.arange(azimuths)
     values, sides = [], []
@@ -109,7 +118,7 @@ def cone(
         progress("azimuths", k + 1, azimuths)
     value, side = np.stack(values), np.stack(sides)
     value[:, 0], side[:, 0] = value[0, 0], side[0, 0]
-    sheet, largest = _sheet(value, side, len(tilts), progress), math.nan
+    sheet, largest = _sheet(value, side, len(tilts), progress), tilt
     if sheet is None:
         rows = next((n for n in range(len(tilts) - 1, 1, -1) if _sheet(value[:, :n], side[:, :n], n) is not None), 0)
         largest = float(tilts[rows - 1]) if rows else math.nan
@@ -118,22 +127,25 @@ def cone(
     alpha, beta = np.meshgrid(np.append(around, 2 * math.pi), tilts, indexing="ij")
     still = np.zeros(alpha.shape)
     knots = Touch(still, still, still + height, alpha, beta, closed * (2 * math.pi / rolls) - alpha)
-    mode = mode_text(rules.machine, rules.signs)
     if sheet is None:
-        return ConePlan(rules, mode, neutral, knots, None, None, None, largest)
+        return ConePlan(rules, wanted.neutral, knots, None, None, None, largest)
     patches = Patches.over(np.stack(knots))
     touched = _samples(patches)
     samples = met(rules, touched, np.zeros(len(touched.roll)))
-    found = None
-    if proof:
-        least = SHARE * float(samples.sigma_min.min()) if sigma is None else sigma
-        found = prover_of(rules).prove(
-            patches,
-            demand_of(rules, least),
-            BUDGET,
-            lambda looked, left: progress("pieces of the proof", looked, looked + left),
+    proof = wanted.prove(rules, patches, samples, lambda looked, left: progress("pieces of the proof", looked, looked + left))
+    return ConePlan(rules, wanted.neutral, knots, sheet, samples, proof, largest)
+
+
+def _check(tilt: float, azimuths: int, step: float, rolls: int) -> None:
+    if max(azimuths, rolls) > LARGEST_GRID:
+        raise InputError(f"too many azimuths or rolls; no more than {LARGEST_GRID:.0e} poses")
+    if not (0 < tilt <= math.pi / 2 and 0 < step <= tilt and azimuths >= 3 and rolls >= 8):
+        raise InputError(
+            f"a cone of {math.degrees(tilt):g} deg in steps of {math.degrees(step):g} deg, {azimuths} azimuths and {rolls} "
+            "rolls; expected a tilt above zero, up to 90 deg, no step above it, at least 3 azimuths and 8 rolls"
         )
-    return ConePlan(rules, mode, neutral, knots, sheet, samples, found, tilt)
+    if azimuths * rolls * (tilt / step + 1) > LARGEST_GRID:
+        raise InputError(f"no more than {LARGEST_GRID:.0e} poses; take wider steps")
 
 
 def _sheet(value: Array, side: Array, rows: int, progress: Callable[[str, int, int], None] | None = None) -> Sheet | None:
