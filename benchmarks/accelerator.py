@@ -50,7 +50,7 @@ def against_the_processor() -> Iterator[Row]:
     accelerator, processor = jax.devices()[0], jax.devices("cpu")[0]
     if accelerator.platform == "cpu":
         raise SystemExit("JAX finds no accelerator here")
-    for made in (_map, _full, _inverse_dynamics, _margins, _clearances):
+    for made in (_map, _full, _inverse_dynamics, _margins, _clearances, _controls):
         work = made()
         ours = partial(work.kernel, *jax.device_put(work.arguments, accelerator))
 
@@ -161,6 +161,17 @@ def _clearances() -> Work:
 
     arguments = jax.tree.map(np.asarray, machine), None, poses, signs
     return Work(f"clearance of azulay, {len(scene.pairs)} pairs of bodies", POSES, kernel, arguments, on_processor)
+
+
+def _controls() -> Work:
+    machine, rng = load("azulay"), np.random.default_rng(5)
+    signs, poses, length = parse_mode(machine), _poses(machine, rng), machine.characteristic_length
+
+    def on_processor() -> Any:
+        return margins._over(partial(margins._controls, machine.legs_unnamed, length), poses, signs)
+
+    arguments = machine.legs_unnamed, length, poses, signs
+    return Work("sigma_min and det J_x of azulay", POSES, margins._controls, arguments, on_processor)
 
 
 def _poses(machine: Any, rng: Any) -> Any:

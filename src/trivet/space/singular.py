@@ -19,6 +19,12 @@ def least_singular_values(matrices: jax.Array) -> jax.Array:
     Mirrors from either side leave two diagonals (G. Golub and W. Kahan, Calculating the singular values and pseudo-inverse of a
     matrix, SIAM J. Numer. Anal. 2, 1965), from which the square of the value is sought from below.
     """
+    found: jax.Array = jax.lax.platform_dependent(matrices, cpu=_block_by_block, default=_least)
+    return found
+
+
+def _block_by_block(matrices: jax.Array) -> jax.Array:
+    """As a processor's cores like it; accelerators take all matrices at once."""
     size, _, many = matrices.shape
     blocks = -(-many // BLOCK)
     filled = jnp.pad(matrices, ((0, 0), (0, 0), (0, blocks * BLOCK - many)), mode="edge")
@@ -27,7 +33,7 @@ def least_singular_values(matrices: jax.Array) -> jax.Array:
 
 
 def _least(matrix: jax.Array) -> jax.Array:
-    """Of one block."""
+    """Of matrices worked on together."""
     diagonal: list[jax.Array] = []
     beside: list[jax.Array] = []
     while len(matrix) > 2:
