@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Unpack
 
 import numpy as np
@@ -17,6 +18,7 @@ from trivet.reach.certificate import Patches, Proof
 from trivet.reach.neutral import Reference
 from trivet.reach.sheets import Sheet, highest_sheet
 from trivet.reach.touch import Touch
+from trivet.study.closest import Closest, closest
 from trivet.study.machines import MachineLike
 from trivet.study.requirements import LARGEST_GRID, Requirements, Settings, on_sphere, verdict
 from trivet.study.roll_grid import Along, RollGrid, Rules, field_of, met
@@ -65,14 +67,29 @@ class ConePlan:
         return self.proof is not None and self.proof.is_proven
 
     @property
+    def is_refuted(self) -> bool:
+        """Whether it is known that a pose of the sheet is not free."""
+        return self.proof is not None and self.proof.is_refuted
+
+    @property
     def verdict(self) -> str:
         """What became of it, in a word or two."""
         return verdict(self.proof) if self.is_possible else "no continuous roll"
+
+    @cached_property
+    def closest(self) -> Closest | None:
+        """What the samples come closest to."""
+        return None if self.samples is None else closest(self.rules, self.samples)
 
     @property
     def value(self) -> float:
         """The least value at samples; NaN for none."""
         return math.nan if self.samples is None else float(self.samples.value.min())
+
+    @property
+    def worst(self) -> int:
+        """Which of the samples has the least value."""
+        return -1 if self.samples is None else int(self.samples.value.argmin())
 
     def __repr__(self) -> str:
         tilt, value = math.degrees(self.knots.tilt.max()), f", least value {self.value:.4g}" if self.is_possible else ""

@@ -20,6 +20,7 @@ from trivet.reach.certificate import Patches, Proof
 from trivet.reach.margins import control
 from trivet.reach.neutral import Reference
 from trivet.reach.touch import Touch
+from trivet.study.closest import Closest, Drives, closest, drives_along
 from trivet.study.machines import MachineLike, choose
 from trivet.study.pathfile import PathFile
 from trivet.study.requirements import LARGEST_GRID, Requirements, Settings, on_sphere, verdict
@@ -79,6 +80,11 @@ class Plan:
         return self.proof is not None and self.proof.is_proven
 
     @property
+    def is_refuted(self) -> bool:
+        """Whether it is known that the way is not free."""
+        return self.proof is not None and self.proof.is_refuted
+
+    @property
     def verdict(self) -> str:
         """What became of it, in a word or two."""
         return verdict(self.proof) if self.is_possible else "no way"
@@ -94,6 +100,18 @@ class Plan:
         if self.knots is None or self.places is None:
             return None
         return along(self.rules, self.knots, self.places, self.grid.step)
+
+    @cached_property
+    def closest(self) -> Closest | None:
+        """What the way comes closest to."""
+        return None if self.along is None else closest(self.rules, self.along)
+
+    @cached_property
+    def drives(self) -> Drives | None:
+        """How the drives move along the way."""
+        if self.knots is None or self.places is None:
+            return None
+        return drives_along(self.rules, self.knots, self.places, self.grid.step)
 
     @property
     def value(self) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
@@ -10,6 +10,10 @@ from trivet.cli import options as o
 from trivet.cli import output
 from trivet.cli.commands.tilt import NEUTRAL
 from trivet.cli.groups import Output
+
+if TYPE_CHECKING:
+    from trivet.study.cone import ConePlan
+    from trivet.study.plan import Plan, PlanStudy
 
 
 def run(
@@ -78,7 +82,6 @@ def run(
     """How a machine gets to a tilt: without a singularity, the end of a joint's travel or a collision; proven between poses."""
     from trivet.cli.views import cone as cone_view
     from trivet.errors import InputError
-    from trivet.study.aims import read_aims
     from trivet.study.cone import cone
     from trivet.study.machines import choose, parse_settings
     from trivet.study.pathfile import read_path
@@ -91,7 +94,7 @@ def run(
     common: dict[str, Any] = {
         "radius": o.quantity("--radius", radius, "length", "m"),
         "neutral": neutral,
-        "aims": read_aims(objectives or ["sigma_min"]),
+        "aims": objectives or ["sigma_min"],
         "limits": limits,
         "bodies": bodies,
         "solid": solid,
@@ -105,6 +108,8 @@ def run(
     if within is not None:
         if len(chosen) > 1 or len(height or []) > 1 or len(modes or []) > 1 or start_roll is not None:
             raise InputError("--cone: takes one machine, height and mode at a time, and no --roll")
+        if modes == ["all"]:
+            raise InputError("--cone: takes one mode, not all of them; name it, as in --mode '++ ++ -+'")
         if advise or (to, azimuth) != ("90 deg", "0 deg"):
             raise InputError("--cone: takes all directions; no --to, --azimuth or --advise with it")
         with output.progress(out.as_json, "") as advance:
@@ -117,6 +122,7 @@ def run(
                 **common,
             )
         out.give(found, cone_view)
+        _leave(found)
         return
     if advise and (len(chosen) > 1 or len(height or []) > 1 or len(modes or []) > 1 or modes == ["all"]):
         raise InputError("--advise: of one machine, height and mode at a time")
@@ -146,8 +152,15 @@ def run(
     _give(study, advise, out)
 
 
-def _give(study: Any, advise: bool, out: Output) -> None:
+def _give(study: PlanStudy, advise: bool, out: Output) -> None:
     from trivet.cli.views import plan as view
     from trivet.study.advice import advice
 
     out.give(study, view, advice(study.plans[0]) if advise else None)
+    _leave(*study.plans)
+
+
+def _leave(*plans: Plan | ConePlan) -> None:
+    """No result where there is no way at all, but such as are known not to be free."""
+    if all(not plan.is_possible or plan.is_refuted for plan in plans):
+        raise typer.Exit(1)
