@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any, get_type_hints
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 from plain_machines import azulay as met
@@ -18,14 +17,12 @@ from plain_machines import read, rotation
 import trivet as t
 from trivet.cli.views.plan_cases import _grouped
 from trivet.kinematics.jacobian import inverse_jacobian
-from trivet.model import dimensions, load
 from trivet.reach.margins import side
 from trivet.reach.touch import Touch
-from trivet.study.advice import advice
 from trivet.study.aims import read_aims
 from trivet.study.cone import cone
 from trivet.study.pathfile import read_path
-from trivet.study.plan import Plan, plan, plan_along, plans, with_dimension
+from trivet.study.plan import Plan, plan, plan_along, plans
 from trivet.study.requirements import Requirements, Settings
 from trivet.study.roll_grid import frames_of
 
@@ -429,49 +426,6 @@ def test_starts_and_ends_that_are_not_reached_are_named() -> None:
     end = plan("azulay", 0.004, 0.121, neutral="normal", to=1.0, step=math.radians(5), rolls=36)
     assert "ball deviation" in end.stopped_by
     assert end.stopped_by.startswith("beyond tilt ")
-
-
-def test_advice_names_changes_that_let_a_mode_pass() -> None:
-    stopped = plan("azulay", 0.004, 0.121, mode="++ ++ -+", step=math.radians(3), rolls=60, proof=False)
-    assert "below its limit" in stopped.stopped_by
-    changes = {change.dimension: change for change in advice(stopped)}
-    link = changes["chains.leg.elements.link.length"]
-    assert link.passes
-    assert link.needed == pytest.approx(0.2194, abs=3e-4)
-    assert link.written == ("216 mm", f"{link.needed * 1e3:.5g} mm")
-    assert changes["height of the sphere"].needed == pytest.approx(0.1151, abs=3e-4)
-    assert changes["chains.leg.elements.slide.travel.1"].needed == pytest.approx(-0.0041, abs=2e-4)
-    longer = load("azulay", {"link.length": f"{link.needed * 1e3!r} mm"})
-    assert plan(longer, 0.004, 0.121, mode="++ ++ -+", step=math.radians(3), rolls=60).is_safe
-    assert not advice(plan("azulay", 0.004, 0.121, step=math.radians(3), rolls=60, proof=False))
-
-
-def test_slopes_of_the_worst_margin_against_differences() -> None:
-    from trivet.study.advice import _margin
-
-    stopped = plan("azulay", 0.004, 0.121, mode="++ ++ -+", step=math.radians(3), rolls=60, proof=False)
-    worst = Touch(*(np.float64(v) for v in (0.0, 0.0, 0.121, 0.3, 0.4, 1.0)))
-    machine, signs = stopped.machine, np.asarray(stopped.rules.signs)
-    slopes = dimensions(jax.grad(_margin)(jax.tree.map(jnp.asarray, machine), worst.z, worst, 0.004, signs))
-    moved = 0
-    for name, now in dimensions(machine).items():
-        step = 1e-6 * max(abs(float(now)), 1e-3)
-        ends = [
-            float(_margin(with_dimension(machine, name, float(now) + s), worst.z, worst, 0.004, signs)) for s in (-step, step)
-        ]
-        assert float(slopes[name]) == pytest.approx((ends[1] - ends[0]) / (2 * step), rel=1e-5, abs=1e-7)
-        moved += ends[0] != ends[1]
-    assert moved >= 4
-
-
-def test_advice_in_words(trivet: Any) -> None:
-    arguments = ("plan", "azulay", "--mode", "++ ++ -+", "--step", "5 deg", "--rolls", "36", "--advise")
-    code, out, _ = trivet(*arguments)
-    assert code == 1
-    assert "link.length" in out
-    code, out, _ = trivet(*arguments, "--json")
-    assert code == 1
-    assert json.loads(out)["advice"][0]["passes"]
 
 
 PATH = """

@@ -1,30 +1,32 @@
-"""Advice: the smallest change of a dimension that lets a machine pass where its joints' travel stops it."""
+"""Advice: the smallest change of a dimension that lets a machine pass where travel, bodies or a demanded sigma_min stop it."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 from trivet.errors import TrivetError
-from trivet.kinematics.inverse import inverse
-from trivet.kinematics.travel import margin
-from trivet.model import Machine, dimensions, document_of
-from trivet.model.paths import find
-from trivet.reach.certificate import Touch
+from trivet.model import Machine, dimensions, document_of, parse
+from trivet.model.paths import get, join, leaves
+from trivet.reach.neutral import with_neutral
 from trivet.study.plan import Plan, replanned, with_dimension
-from trivet.study.roll_grid import RESERVE_TRAVEL, Aim, best_way, field_of
+from trivet.study.roll_grid import best_way, field_of
+from trivet.study.spare import Margin, demanded, slopes, spare, without
 
-LEAST_SIGMA = 0.05
-"""sigma_min below which no way is worth a change of the machine."""
+IN_HAND = 0.005
+"""What is to be left of a margin beyond what is demanded."""
 TRIED, STEPS = 6, (1.0, 1.5, 2.5)
 """Dimensions that are tried, those that need the least change first, and how much of what the slope asks for."""
+LARGEST = 1.0
+"""Part of a dimension, above which no change is worth a try."""
 HALVINGS = 5
 """Between a change that does not serve and one that does."""
+DIGITS = 5
+"""Of the values that are tried and told."""
 HEIGHT = "height of the sphere"
 
 
@@ -39,8 +41,12 @@ class Change:
     """As tried; to first order when it does not pass."""
     passes: bool
     """Whether there is a way with it; on the grid, not proven."""
+    mends: Margin
+    """What stops the machine now, and what the change is to give more of."""
     written: tuple[str, str]
     """Both values with their unit, as the machine file writes them."""
+    option: tuple[str, str]
+    """The option of the command that makes the change, and its value."""
 
     @property
     def part(self) -> float:
@@ -48,80 +54,158 @@ class Change:
         return abs(self.needed / self.now - 1) if self.now else math.inf
 
 
-def advice(plan: Plan) -> tuple[Change, ...]:
-    """Which dimension to change so that a way is inside all travel, those that need the least change first.
+def advice(plan: Plan, machine: Machine | None = None) -> tuple[Change, ...]:
+    """Which dimension to change so that a way keeps all margins, those that need the least change first.
 
-    Of all ways that only travel forbids the one with the greatest worst margin is taken; the slopes of that margin by the
-    dimensions, at its worst place, estimate what each would have to be (as if the way stayed there, which holds to first order
-    where one joint alone decides: the envelope theorem).  Each is then tried, and narrowed down by halving.
+    Of all ways that one kind of margin (travel, clearance, sigma_min) alone forbids, or else all kinds together, the one whose
+    worst margin is greatest is taken; the slopes of that margin by the dimensions, at its worst place, estimate what each would
+    have to be (as if the way stayed there, which holds to first order where one joint or pair of bodies alone decides: the
+    envelope theorem).  Each is then tried, and narrowed down by halving.
 
     Args:
         plan: one without a way.
+        machine: as its file has it; only its dimensions are told of.  That of the plan when not given, whose chains are other
+            ones where neutral axes that differ from copy to copy have been laid down.
 
     Returns:
-        None of them where no way exists even without limits, or there is one already.
+        None of them where no way exists even without these margins (the Type 2 singularities are in the way, or chains do not
+        close), or there is one already.
     """
-    if plan.is_possible or not plan.rules.limits:
+    if plan.is_possible:
         return ()
-    freer = plan.rules._replace(limits=False, aims=(Aim("travel", None, 1.0),), least_sigma=LEAST_SIGMA)
-    field = field_of(freer, plan.grid)
+    asked = demanded(plan.rules)
+    wishes = [wish for margin in asked for wish in _wishes(plan, (margin,))] or list(_wishes(plan, asked))
+    known = {HEIGHT, *dimensions(plan.machine if machine is None else machine)}
+    least: dict[str, _Wish] = {}
+    for wish in sorted(wishes, key=lambda wish: wish.size):
+        if wish.size <= LARGEST and wish.place.name in known and _changed(plan, wish.place, wish.at(1.0)) is not None:
+            least.setdefault(wish.place.name, wish)
+    changes = [_tried(plan, wish) for wish in list(least.values())[:TRIED]]
+    return tuple(sorted(changes, key=lambda change: not change.passes))
+
+
+class _Place(NamedTuple):
+    """Where a dimension stands, and how it is written."""
+
+    name: str
+    keys: tuple[str | int, ...] = ()
+    """In the document of a machine; none of the height of the sphere."""
+    entry: int | None = None
+    """Which of several numbers in a row it is."""
+    unit: str = "mm"
+    per_si: float = 1e3
+    """The number that is written for one in SI."""
+
+    @classmethod
+    def of(cls, machine: Machine, name: str) -> _Place:
+        """That of a dimension of a machine."""
+        document = document_of(with_dimension(machine, name, 1.0))
+        places = {join(document, keys): keys for keys in leaves(document)}
+        row, _, last = name.rpartition(".")
+        keys, entry = (places[name], None) if name in places else (places[row], int(last) - 1)
+        number, _, unit = _row(document, keys)[entry or 0].partition(" ")
+        return cls(name, keys, entry, unit, float(number))
+
+    def rounded(self, value: float) -> float:
+        """A value (SI) as it is written."""
+        return float(f"{value * self.per_si:.{DIGITS}g}") / self.per_si
+
+    def text(self, value: float) -> str:
+        """A value (SI) with its unit."""
+        return f"{value * self.per_si:.{DIGITS}g} {self.unit}".strip()
+
+    def option(self, machine: Machine, value: float) -> tuple[str, str]:
+        """How the command is told a value (SI)."""
+        if not self.keys:
+            return "--height", self.text(value)
+        document = document_of(machine)
+        row = _row(document, self.keys)
+        row[self.entry or 0] = self.text(value)
+        return "--set", f"{join(document, self.keys)}={', '.join(row)}"
+
+
+def _row(document: Any, keys: tuple[str | int, ...]) -> list[str]:
+    """The numbers at a place of a document, one or more."""
+    found = get(document, keys)
+    found = found["value"] if isinstance(found, dict) else found
+    return [str(value) for value in found] if isinstance(found, list) else [str(found)]
+
+
+class _Wish(NamedTuple):
+    """What a slope asks of a dimension."""
+
+    place: _Place
+    mends: Margin
+    now: float
+    wanted: float
+    """To first order, SI."""
+    size: float
+    """How great the change is: in parts of the dimension, or of what counts as great where that is zero."""
+
+    def at(self, part: float) -> float:
+        """The value with some part of the change, as it is written."""
+        return self.place.rounded(self.now + part * (self.wanted - self.now))
+
+
+def _wishes(plan: Plan, margins: tuple[Margin, ...]) -> Iterator[_Wish]:
+    """What would mend margins, all of which may be below what is demanded; nothing where no way leads even so."""
+    field = field_of(without(plan.rules, margins), plan.grid)
+    allowed = np.nonzero(field.side)
+    if not margins or not len(allowed[0]):
+        return
+    touch = plan.grid.at(*allowed)
+    field.value[allowed] = np.min([spare(plan.rules, touch, margin) for margin in margins], axis=0)
     way, _, _ = best_way(field, plan.start, all_round=True)
     if way is None:
-        return ()
-    values = field.value[way.rows, way.columns % plan.grid.columns]
-    k = int(values.argmin())
-    worst = Touch(*(jnp.asarray(c[k]) for c in plan.grid.at(way.rows, way.columns)))
-    machine = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), plan.machine)
-    slopes, of_height = jax.grad(_margin, argnums=(0, 1))(
-        machine, worst.z, worst, plan.rules.radius, np.asarray(plan.rules.signs)
-    )
-    now = {name: float(value) for name, value in dimensions(plan.machine).items()} | {HEIGHT: float(worst.z)}
-    by = {name: float(value) for name, value in dimensions(slopes).items()} | {HEIGHT: float(of_height)}
-    lacking = 2 * RESERVE_TRAVEL - float(values[k])
-    wanted = {name: now[name] + lacking / slope for name, slope in by.items() if slope and math.isfinite(slope)}
-    size = float(plan.machine.characteristic_length)
-    order = sorted(wanted, key=lambda name: abs(wanted[name] - now[name]) / (abs(now[name]) or size))
-    return tuple(_tried(plan, name, now[name], wanted[name]) for name in order[:TRIED])
+        return
+    k = int(field.value[way.rows, way.columns % plan.grid.columns].argmin())
+    worst = plan.grid.at(way.rows[[k]], way.columns[[k]])
+    left = {margin: float(spare(plan.rules, worst, margin)[0]) for margin in margins}
+    mends = min(margins, key=lambda margin: left[margin])
+    by_machine, by_rise = slopes(plan.rules, worst, mends)
+    lacking = IN_HAND - left[mends]
+    now, by = dimensions(plan.machine), dimensions(by_machine)
+    places = [(_Place.of(plan.machine, name), float(now[name]), float(by[name])) for name in now if float(by[name])]
+    if plan.grid.poses is None:  # a path is where it is
+        places.append((_Place(HEIGHT), float(worst.z[0]), by_rise))
+    for place, value, slope in places:
+        if slope and math.isfinite(slope):
+            great = abs(value) or (1.0 if place.unit == "deg" else float(plan.machine.characteristic_length))
+            yield _Wish(place, mends, value, value + lacking / slope, abs(lacking / slope) / great)
 
 
-def _margin(machine: Machine, height: Any, worst: Touch, radius: float, signs: Any) -> Any:
-    pose = worst._replace(z=height).frame(radius)
-    return jnp.min(jnp.stack([margin(leg, inverse(leg, pose, signs[k]), pose) for k, leg in enumerate(machine.legs)]))
-
-
-def _tried(plan: Plan, name: str, now: float, wanted: float) -> Change:
-    low = 0.0
+def _tried(plan: Plan, wish: _Wish) -> Change:
+    low, needed, passes = 0.0, wish.at(1.0), False
     for high in STEPS:
-        if _passes(plan, name, now + high * (wanted - now)):
+        passes = _passes(plan, wish.place, wish.at(high))
+        if passes:
             for _ in range(HALVINGS):
                 middle = (low + high) / 2
-                low, high = (low, middle) if _passes(plan, name, now + middle * (wanted - now)) else (middle, high)
-            value = now + high * (wanted - now)
-            return Change(name, now, value, True, _written(plan.machine, name, now, value))
+                low, high = (low, middle) if _passes(plan, wish.place, wish.at(middle)) else (middle, high)
+            needed = wish.at(high)
+            break
         low = high
-    return Change(name, now, wanted, False, _written(plan.machine, name, now, wanted))
+    place, written = wish.place, (wish.place.text(wish.now), wish.place.text(needed))
+    return Change(place.name, wish.now, needed, passes, wish.mends, written, place.option(plan.machine, needed))
 
 
-def _passes(plan: Plan, name: str, value: float) -> bool:
+def _passes(plan: Plan, place: _Place, value: float) -> bool:
+    changed = _changed(plan, place, value)
     try:
-        return replanned(plan, name if name != HEIGHT else None, value).is_possible
-    except TrivetError:  # beyond what a machine can be
+        return changed is not None and replanned(changed, place.name if place.keys else None, value).is_possible
+    except TrivetError:
         return False
 
 
-def _written(machine: Machine, name: str, *values: float) -> tuple[str, str]:
-    if name == HEIGHT:
-        now, needed = (f"{value * 1e3:.5g} mm" for value in values)
-        return now, needed
-    whole, _, last = name.rpartition(".")
-    path, entry = (whole, int(last) - 1) if last.isdecimal() else (name, None)  # one of several numbers in a row
-    found = []
-    for value in values:
-        document: Any = document_of(with_dimension(machine, name, value))
-        for key in find(document, path):
-            document = document[key]
-        document = document if entry is None else document[entry]
-        number, _, unit = str(document).partition(" ")
-        size, unit = (1e3 * float(number), "mm") if unit == "m" else (float(number), unit)
-        found.append(f"{size:.5g} {unit}".strip())
-    return found[0], found[1]
+def _changed(plan: Plan, place: _Place, value: float) -> Plan | None:
+    """A plan with all that hangs on a dimension (neutral axes), or on the height (the solid sphere); None for no machine."""
+    rules = plan.rules
+    if not place.keys:
+        ball = rules.workpiece
+        return replace(plan, rules=rules._replace(workpiece=ball and ball._replace(centre=ball.centre._replace(z=value))))
+    changed = with_dimension(plan.machine, place.name, value)
+    try:
+        parse(document_of(changed.renamed("changed")))  # numbers that no machine file may have
+        return replace(plan, rules=rules._replace(machine=with_neutral(changed, plan.neutral, plan.mode)))
+    except TrivetError:
+        return None
