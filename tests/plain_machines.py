@@ -171,15 +171,18 @@ def forward(machine: Machine, chain: Chain) -> list[np.ndarray]:
 
 
 def rows(machine: Machine, chain: Chain, arm: np.ndarray) -> list[np.ndarray]:
-    """Both rows of J_x (n, 6): forces at the platform joint that do no work on the chain's other joints."""
+    """Both rows of J_x (n, 6): forces at the platform joint that do no work on the hinge and the other drive, in the senses of
+    physics.md: ahead along the guide, and along the last link."""
     slopes = []
     for k in range(3):
         moved = Chain(*(c + (1j * TINY if own == k else 0) for own, c in enumerate(chain)))
         slopes.append(forward(machine, moved)[-1].imag / TINY)
+    _, hinge, joint = forward(machine, chain)
+    tangent = np.stack([-np.sin(chain.heading), np.cos(chain.heading), 0 * chain.heading], axis=-1)
     found = []
-    for other in (slopes[1], slopes[0]):
+    for other, ahead in ((slopes[1], tangent), (slopes[0], joint - hinge)):
         force = np.cross(other, slopes[2])
-        force /= np.linalg.norm(force, axis=1)[:, None]
+        force /= (np.linalg.norm(force, axis=1) * np.sign(np.einsum("ni,ni->n", force, ahead)))[:, None]
         found.append(np.concatenate([force, np.cross(arm, force) / machine.platform], axis=1))
     return found
 

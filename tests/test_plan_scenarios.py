@@ -217,7 +217,8 @@ def test_random_plans_at_fifty_times_finer_steps() -> None:
     for name, own in tally.items():
         print(name, *(f"{what} {own[what]}" for what in WHAT))
     assert not {seed: wrong for seed, wrong in failed.items() if wrong}
-    assert all(own["proven"] > own["scenarios"] / 6 for own in tally.values())
+    assert all(own["proven"] for own in tally.values())
+    assert sum(own["proven"] for own in tally.values()) > SCENARIOS / 4
 
 
 def refuted(case: Scenario) -> None:
