@@ -15,7 +15,9 @@ import pytest
 from trivet.kinematics.mode import all_modes
 from trivet.model import load
 from trivet.reach.certificate import Demand, Prover
+from trivet.reach.sheets import highest_sheet
 from trivet.reach.touch import Touch
+from trivet.reach.ways import bottleneck, widest
 from trivet.study import roll_grid, stops
 from trivet.study.cone import cone
 from trivet.study.pathfile import PathFile, PathPose
@@ -477,3 +479,53 @@ def test_corners_are_cut_only_where_that_is_cheap(monkeypatch: pytest.MonkeyPatc
     fine = np.linspace(0, 20, 2001)
     roll = np.interp(fine, places, knots.roll)
     assert np.abs(roll - ridge.top(fine / 20)).max() < 0.03
+
+
+def nodes(shape: tuple[int, int], *places: tuple[int, int]) -> Any:
+    found = np.zeros(shape, dtype=bool)
+    found[tuple(np.transpose(places))] = True
+    return found
+
+
+def test_a_way_goes_round_low_values_where_that_is_longer() -> None:
+    values = np.ones((9, 7))
+    values[0] = values[2:7, 3] = 0.5
+    way = widest(values, nodes(values.shape, (0, 3)), nodes(values.shape, (8, 3)), all_round=False)
+    assert way is not None
+    assert way.value == 0.5
+    assert np.sum(values[way.rows, way.columns] < 1) == 1
+    assert len(way.rows) == 11
+
+
+def test_a_long_way_over_the_seam_that_never_goes_back_comes_before_a_short_one_that_does() -> None:
+    values = np.full((4, 30), -np.inf)
+    values[1] = values[0, 10] = values[2, 10:13] = values[2:, 14] = 1.0
+    values[1, 11] = -np.inf
+    way = widest(values, nodes(values.shape, (0, 10)), nodes(values.shape, (3, 14)), all_round=True)
+    assert way is not None
+    assert way.is_steady
+    assert way.columns[-1] - way.columns[0] == 14 - 30 - 10
+    back = widest(values, nodes(values.shape, (0, 10)), nodes(values.shape, (3, 14)), all_round=False)
+    assert back is not None
+    assert not back.is_steady
+
+
+def test_rows_that_a_way_need_not_meet_do_not_count() -> None:
+    values = np.ones((6, 5))
+    values[[0, 5]] = 0.1
+    for start, end in (((2, 1), (4, 3)), ((4, 3), (2, 1))):
+        assert bottleneck(values, nodes(values.shape, start), nodes(values.shape, end), all_round=False) == 1
+    values[3] = 0.2
+    assert bottleneck(values, nodes(values.shape, (2, 1)), nodes(values.shape, (4, 3)), all_round=False) == 0.2
+
+
+def test_all_rays_of_a_cone_share_their_pole() -> None:
+    """Each ray has a pole of its own, and neighbours agree; but no roll suits all of them."""
+    values = np.full((6, 2, 12), -np.inf)
+    values[:, 0, [5, 6]] = 1.0
+    for ray, column in enumerate((4, 5, 6, 7, 6, 5)):
+        values[ray, 1, column] = 1.0
+    assert highest_sheet(values, 1) is None
+    sheet = highest_sheet(values, 2)
+    assert sheet is not None
+    assert len(set(sheet.columns[:, 0])) == 1
