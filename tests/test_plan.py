@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import math
 import re
+import tomllib
 from pathlib import Path
 from typing import Any, get_type_hints
 
 import jax
 import numpy as np
 import pytest
+import xarray as xr
 from plain_machines import azulay as met
 from plain_machines import read, rotation
 
@@ -126,6 +128,28 @@ def test_other_aims() -> None:
     assert both.value <= pairs.min() + 1e-12
 
 
+def test_aims_as_they_are_written() -> None:
+    both = read_aims(("sigma_min=0.1", "K_xx=5 N/um"))
+    assert [aim.unit for aim in both] == pytest.approx([0.1, 5e6])
+    assert read_aims(("sigma_min=0.1", both[1])) == both
+    assert read_aims("K_xx") == read_aims(("K_xx",))
+    assert read_aims(both[1]) == both[1:]  # type: ignore[arg-type]
+    coarse: Any = {"mode": "++ ++ -+", "to": 0.4, "step": 0.2, "rolls": 24, "proof": False, "bodies": False}
+    written = t.plan("azulay", 0.004, 0.11, aims=("sigma_min=0.1", "K_xx=5 N/um"), **coarse)
+    assert written.value == t.plan("azulay", 0.004, 0.11, aims=both, **coarse).value
+    with pytest.raises(t.InputError, match="did you mean"):
+        t.cone("azulay", 0.2, aims=("sigma_max",))
+
+
+def test_plans_in_a_line() -> None:
+    coarse: Any = {"step": math.radians(5), "rolls": 24}
+    found = plan("azulay", 0.004, 0.11, mode="++ ++ -+", **coarse)
+    assert repr(found) == f"<Plan: azulay, mode ++ ++ -+, to tilt 90 deg: proven, least value {found.value:.4g}>"
+    assert repr(plan("azulay", 0.004, **coarse)) == "<Plan: azulay, mode ++ ++ ++, to tilt 90 deg: no way>"
+    small = cone("azulay", 0.1, step=0.1, rolls=24, azimuths=6, proof=False)
+    assert repr(small) == f"<ConePlan: azulay, mode ++ ++ ++, up to 5.73 deg: {small.verdict}, least value {small.value:.4g}>"
+
+
 def test_a_given_start_is_kept() -> None:
     roll = math.radians(100)
     found = plan("azulay", 0.004, 0.11, mode="++ ++ -+", start_roll=roll, step=math.radians(3), rolls=60)
@@ -199,6 +223,64 @@ def test_reasons_are_worked_out_only_when_they_are_asked_for(monkeypatch: pytest
     assert not found.is_possible
     assert not told
     assert found.stopped_by == "something"
+
+
+def _is_labelled(data: xr.Dataset, machine: str) -> None:
+    assert data.attrs["machine"] == machine
+    assert t.parse(tomllib.loads(data.attrs["machine_file"])).name == machine
+    assert all(data[name].attrs["units"] and data[name].attrs["long_name"] for name in data.data_vars)
+
+
+def test_plans_as_netcdf(tmp_path: Path) -> None:
+    coarse: Any = {"step": math.radians(5), "rolls": 36, "proof": False}
+    modes = ["++ ++ ++", "++ ++ -+"]
+    study = plans(["azulay"], [0.11], modes, aims=("K_xx",), **coarse)
+    t.save(study, tmp_path / "plans.nc")
+    way, none = (xr.load_dataset(tmp_path / "plans.nc", group=f"{k}-azulay", engine="h5netcdf") for k in (1, 2))
+    _is_labelled(way, "azulay")
+    _is_labelled(none, "azulay")
+    found = study.plans[0]
+    assert found.knots is not None
+    assert found.along is not None
+    assert found.drives is not None
+    assert (way.attrs["working_mode"], way.attrs["possible"], way.attrs["verdict"]) == (modes[1], 1, "no proof asked for")
+    assert (none.attrs["working_mode"], none.attrs["possible"], none.attrs["verdict"]) == (modes[0], 0, "no way")
+    assert none.attrs["stopped_by"] == study.plans[1].stopped_by
+    assert way["value"].attrs["units"] == way["sample_value"].attrs["units"] == "N/m"
+    np.testing.assert_array_equal(way["value"], np.where(np.isfinite(found.field.value), found.field.value, np.nan))
+    np.testing.assert_array_equal(way["side"], found.field.side)
+    np.testing.assert_array_equal(way["roll"][3], found.grid.at(np.full(36, 3.0), np.arange(36)).roll)
+    for name, touch in (("knot", found.knots), ("sample", found.along.touch)):
+        np.testing.assert_array_equal(way[f"{name}_centre"].T, np.stack(touch[:3]))
+        for part in ("azimuth", "tilt", "roll"):
+            np.testing.assert_array_equal(way[f"{name}_{part}"], getattr(touch, part))
+            assert way[f"{name}_{part}"].attrs["units"] == "rad"
+    for name, own in (("value", "value"), ("sigma_min", "sigma_min"), ("travel_margin", "travel"), ("clearance", "clearance")):
+        np.testing.assert_array_equal(way[f"sample_{name}"], getattr(found.along, own))
+    np.testing.assert_array_equal(way["knot_drive"].sel(drive="leg-2.slide"), found.drives.knots[:, 4])
+    assert way["drive_unit"].sel(drive="leg-2.slide") == "m"
+    np.testing.assert_array_equal(way["drive_rate"], found.drives.rates)
+
+
+def test_a_cone_as_netcdf(tmp_path: Path) -> None:
+    found = cone("azulay", 0.1, step=0.05, rolls=36, azimuths=12)
+    t.save(found, tmp_path / "cone.nc")
+    data = xr.load_dataset(tmp_path / "cone.nc", engine="h5netcdf")
+    _is_labelled(data, "azulay")
+    assert data.attrs["verdict"] == "proven"
+    np.testing.assert_array_equal(data["roll"], found.knots.roll)
+    np.testing.assert_array_equal(data["azimuth"], found.knots.azimuth[:, 0])
+    turn = rotation(*np.stack([np.ravel(c) for c in found.knots])[3:])
+    plain = met(np.array([0, 0, 0.121]) + 0.004 * turn[:, :, 2], turn, found.mode, 0.216)
+    np.testing.assert_allclose(np.ravel(data["sigma_min"]), plain.sigma, atol=1e-12)
+    np.testing.assert_allclose(np.ravel(data["travel_margin"]), plain.travel, atol=1e-9)
+    assert data["clearance"].attrs["units"] == "m"
+    none = cone("azulay", math.radians(44), step=math.radians(11), rolls=24, azimuths=6)
+    t.save(none, tmp_path / "none.nc")
+    data = xr.load_dataset(tmp_path / "none.nc", engine="h5netcdf")
+    assert data.attrs["possible"] == 0
+    assert data["roll"].isnull().all()
+    assert float(data["widest"]) == none.largest
 
 
 # The command.
@@ -347,10 +429,13 @@ def test_cases_in_a_table(trivet: Any) -> None:
 
 def test_modes_are_alike_only_where_the_chains_are_the_same() -> None:
     """Equal values of modes that choose otherwise are a matter of chance, or of limits that are not looked at."""
-    modes = ["+- +- +-", "++ ++ ++", "++ ++ +-", "+- ++ ++"]
+    modes = ["++ ++ ++", "-- -- --", "++ ++ +-", "+- ++ ++", "++ +- +-"]
     study = plans(["azulay"], [0.121], modes, proof=False, limits=False, bodies=False, to=0.1, step=0.05, rolls=36)
-    rows = [sorted(plan.mode for plan in group) for group in _grouped(study.plans)]
-    assert sorted(rows) == [["++ ++ ++"], ["++ ++ +-", "+- ++ ++"], ["+- +- +-"]]
+    values = {plan.mode: round(plan.bottleneck, 9) for plan in study.plans}
+    assert values["++ ++ ++"] == values["-- -- --"]
+    assert values["++ ++ +-"] == values["+- ++ ++"] == values["++ +- +-"]
+    rows = sorted([plan.mode for plan in group] for group in _grouped(study.plans))
+    assert rows == [["++ ++ ++"], ["++ ++ +-", "+- ++ ++"], ["++ +- +-"], ["-- -- --"]]
 
 
 def test_a_plan_as_json_and_files(trivet: Any, tmp_path: Path) -> None:
@@ -368,15 +453,28 @@ def test_a_plan_as_json_and_files(trivet: Any, tmp_path: Path) -> None:
     assert drives["fastest"]["name"] in {drive["name"] for drive in drives["at_knots"]}
     assert all((tmp_path / name).stat().st_size > 10_000 for name in ("a.png", "a.html"))
     one = ("plan", "azulay", "--mode", "++ ++ -+", "--height", "110 mm", "--step", "5 deg", "--rolls", "36")
-    code, _, _ = trivet(*one, "--figure", "b.png", "--figure", "b.html")
+    code, _, _ = trivet(*one, "--figure", "b.png", "--figure", "b.html", "--data", "b.nc")
     assert code == 0
-    assert all((tmp_path / name).stat().st_size > 10_000 for name in ("b.png", "b.html"))
+    assert xr.load_dataset(tmp_path / "b.nc", group="1-azulay", engine="h5netcdf").attrs["verdict"] == "proven"
+    assert all((tmp_path / name).stat().st_size > 10_000 for name in ("b.png", "b.html", "b.nc"))
     code, out, _ = trivet(
-        "plan", "azulay", "--cone", "8 deg", "--step", "4 deg", "--figure", "c.png", "--figure", "c.html", "--json"
+        "plan",
+        "azulay",
+        "--cone",
+        "8 deg",
+        "--step",
+        "4 deg",
+        "--figure",
+        "c.png",
+        "--figure",
+        "c.html",
+        "--json",
+        "--data",
+        "c.nc",
     )
     assert code == 0
     assert json.loads(out)["safe"]
-    assert all((tmp_path / name).stat().st_size > 10_000 for name in ("c.png", "c.html"))
+    assert all((tmp_path / name).stat().st_size > 10_000 for name in ("c.png", "c.html", "c.nc"))
 
 
 @pytest.mark.parametrize(("arguments", "words"), [

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from trivet.space.curve import Limits, Trajectory, circle, straight, through, timed
     from trivet.space.pose import zyz_frame
     from trivet.space.surface import Surface, hemisphere
+    from trivet.study.advice import Change, advice
     from trivet.study.comparison import Comparison, compare
     from trivet.study.cone import ConePlan, cone
     from trivet.study.datasets import save
@@ -61,6 +62,7 @@ _HOMES = {
     "trivet.space.curve": ("Limits", "Trajectory", "circle", "straight", "through", "timed"),
     "trivet.space.pose": ("zyz_frame",),
     "trivet.space.surface": ("Surface", "hemisphere"),
+    "trivet.study.advice": ("Change", "advice"),
     "trivet.study.comparison": ("Comparison", "compare"),
     "trivet.study.cone": ("ConePlan", "cone"),
     "trivet.study.datasets": ("save",),
@@ -90,13 +92,13 @@ _HOMES = {
 }
 
 __all__ = [
-    "Comparison", "ConePlan", "DynamicComparison", "DynamicsReport", "Forward", "FrequencyResponse", "InputError", "Limits",
-    "Loading", "Machine", "Minimum", "ModesReport", "MotionReport", "NoResultError", "OrientationReport", "Plan",
+    "Change", "Comparison", "ConePlan", "DynamicComparison", "DynamicsReport", "Forward", "FrequencyResponse", "InputError",
+    "Limits", "Loading", "Machine", "Minimum", "ModesReport", "MotionReport", "NoResultError", "OrientationReport", "Plan",
     "PlanStudy", "PoseReport", "Simulation", "SingularityMap", "SingularityReport", "StiffnessMap", "Surface", "TiltReport",
-    "TiltStudy", "Trajectory", "TrivetError", "WorkspaceReport", "WorkspaceStudy", "catalogue", "circle", "compare",
-    "compare_dynamics", "cone", "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere", "load",
-    "minimum_dynamic_stiffness", "modes", "motion", "orientation_workspace", "parse", "plan", "plan_along", "plans", "pose",
-    "read_path", "save", "schema", "simulate", "singularity_map", "singularity_report", "stiffness_map", "straight",
+    "TiltStudy", "Trajectory", "TrivetError", "WorkspaceReport", "WorkspaceStudy", "advice", "catalogue", "circle",
+    "compare", "compare_dynamics", "cone", "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere",
+    "load", "minimum_dynamic_stiffness", "modes", "motion", "orientation_workspace", "parse", "plan", "plan_along", "plans",
+    "pose", "read_path", "save", "schema", "simulate", "singularity_map", "singularity_report", "stiffness_map", "straight",
     "switched", "through", "tilt", "tilts", "timed", "to_mjcf", "to_text", "to_urdf", "workspace", "workspaces", "write",
     "write_mjcf", "write_urdf", "zyz_frame",
 ]  # fmt: skip

@@ -11,11 +11,14 @@ import numpy as np
 from trivet.kinematics.report import OK, STATUS_WORDS, joint_names
 from trivet.results.netcdf import COMPONENTS, labelled, write_groups, write_netcdf
 from trivet.study.comparison import Comparison
+from trivet.study.cone import ConePlan
 from trivet.study.dynamic_comparison import DynamicComparison
 from trivet.study.dynamics_datasets import motion_dataset, simulation_dataset
 from trivet.study.frf import FrequencyResponse
 from trivet.study.modes import ModesReport
 from trivet.study.motion import MotionReport
+from trivet.study.plan import Plan, PlanStudy
+from trivet.study.plan_datasets import cone_dataset, plan_datasets
 from trivet.study.reach_datasets import orientation_dataset, tilt_datasets, workspace_datasets
 from trivet.study.response_summary import ShownResponse
 from trivet.study.simulation import Simulation
@@ -102,8 +105,8 @@ def save(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False) 
     """Write a result as labelled NetCDF with units and the machine file inside; a comparison has one group per machine.
 
     Args:
-        result: what `stiffness_map`, `singularity_map`, `compare`, `compare_dynamics`, `modes`, `frf`, `motion` or `simulate`
-            gave.
+        result: what `stiffness_map`, `singularity_map`, `compare`, `compare_dynamics`, `modes`, `frf`, `motion`, `simulate`,
+            `tilt`, `workspace`, `plan` or `cone` gave.
         path: file to write; it appears whole or not at all.
         overwrite: whether the file may be replaced.
 
@@ -111,7 +114,8 @@ def save(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False) 
         InputError: when the file exists unasked or cannot be written.
     """
     raise TypeError(
-        f"no NetCDF of a {type(result).__name__}; maps, comparisons, modes, responses, motions and simulations can be saved"
+        f"no NetCDF of a {type(result).__name__}; maps, comparisons, modes, responses, motions, simulations, tilts, workspaces "
+        "and plans can be saved"
     )
 
 
@@ -191,3 +195,18 @@ def _(result: TiltReport, path: str | os.PathLike[str], *, overwrite: bool = Fal
 @save.register
 def _(result: WorkspaceReport, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     save(WorkspaceStudy((result,)), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: PlanStudy, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_groups(plan_datasets(result), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: Plan, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    save(PlanStudy((result,)), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: ConePlan, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_netcdf(cone_dataset(result), path, overwrite=overwrite)

@@ -9,7 +9,7 @@ import typer
 from trivet.cli import options as o
 from trivet.cli import output
 from trivet.cli.commands.tilt import NEUTRAL
-from trivet.cli.groups import Output
+from trivet.cli.groups import DataOutput
 
 if TYPE_CHECKING:
     from trivet.study.cone import ConePlan
@@ -77,7 +77,7 @@ def run(
         typer.Option("--advise", help="Where travel stops the one way asked for: which smallest change would let it pass."),
     ] = False,
     settings: o.Settings = None,
-    out: Output,
+    out: DataOutput,
 ) -> None:
     """How a machine gets to a tilt: without a singularity, the end of a joint's travel or a collision; proven between poses."""
     from trivet.cli.views import cone as cone_view
@@ -152,7 +152,7 @@ def run(
     _give(study, advise, out)
 
 
-def _give(study: PlanStudy, advise: bool, out: Output) -> None:
+def _give(study: PlanStudy, advise: bool, out: DataOutput) -> None:
     from trivet.cli.views import plan as view
     from trivet.study.advice import advice
 
