@@ -186,7 +186,8 @@ def square_rows(machine: Machine, pose: Frame, signs: Scalar) -> ConstraintRows:
 
 def require_six_each(machine: Machine) -> None:
     """Raise InputError unless six actuators hold the platform's six freedoms."""
-    held = sum(6 - sum(len(e.unknowns) for e in leg.chain.elements if not is_driven(e)) for leg in machine.legs)
+    free = (chain.copies * sum(len(e.unknowns) for e in chain.elements if not is_driven(e)) for chain in machine.chains.values())
+    held = 6 * sum(chain.copies for chain in machine.chains.values()) - sum(free)
     count = len(actuators(machine))
     if (held, count) != (6, 6):
         raise InputError(

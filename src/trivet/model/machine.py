@@ -274,8 +274,8 @@ class Machine(eqx.Module):
     @property
     def characteristic_length(self) -> Scalar:
         """Mean radius of the platform joints (m), by which rotations are made comparable with translations."""
-        legs = self.legs
-        return sum(leg.chain.platform_joint.radius for leg in legs) / len(legs)
+        chains = self.chains.values()
+        return sum(chain.copies * chain.platform_joint.radius for chain in chains) / sum(chain.copies for chain in chains)
 
     def renamed(self, name: str) -> Machine:
         """The machine under another name in tables; published values, which speak of the original, are left behind."""
