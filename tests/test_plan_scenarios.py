@@ -8,16 +8,18 @@ import os
 from collections import Counter
 from typing import Any, NamedTuple
 
+import jax
 import numpy as np
 import plain_machines as plain
 import pytest
 
-from trivet.kinematics.mode import all_modes
+from trivet.kinematics.mode import all_modes, parse_mode
 from trivet.model import load
-from trivet.reach.certificate import Demand, Prover
+from trivet.reach.certificate import PATCHES, Demand, Patches, Prover
 from trivet.reach.sheets import highest_sheet
 from trivet.reach.touch import Touch
 from trivet.reach.ways import bottleneck, widest
+from trivet.space.enclosure import Ball, Enclosure
 from trivet.study import roll_grid, stops
 from trivet.study.cone import cone
 from trivet.study.pathfile import PathFile, PathPose
@@ -529,3 +531,37 @@ def test_all_rays_of_a_cone_share_their_pole() -> None:
     sheet = highest_sheet(values, 2)
     assert sheet is not None
     assert len(set(sheet.columns[:, 0])) == 1
+
+
+def test_a_joint_whose_slope_has_no_bound_may_jump(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Even where J_x has one, and where the chain may not close, every joint by itself: the piece is no smooth one."""
+    machine = load("azulay")
+    prover = Prover(machine, parse_mode(machine), None, 0.004)
+    middle = np.zeros((6, PATCHES))
+    middle[2] = 0.121
+    still = np.zeros((6, PATCHES))
+    patches = Patches(middle, still + 1e-3, still, still)
+    assert prover.bounds(patches)[0].all()
+    enclosed = Enclosure.__call__
+    counted = [0, 0]
+    for part in (0, 1):  # how far chains are from not closing, and joints
+        for number in range(100):
+
+            def unbounded(self: Enclosure, *values: Any, part: int = part, number: int = number) -> Any:
+                found = list(enclosed(self, *values))
+                balls, tree = jax.tree.flatten(found[part], is_leaf=lambda c: isinstance(c, Ball))
+                if number < len(balls):
+                    wide = np.array(np.broadcast_to(balls[number].radius, np.shape(balls[number].middle)))
+                    wide[..., 7] = np.inf
+                    balls[number] = balls[number]._replace(radius=wide)
+                found[part] = jax.tree.unflatten(tree, balls)
+                return found
+
+            monkeypatch.setattr(Enclosure, "__call__", unbounded)
+            is_smooth = prover.bounds(patches)[0]
+            if is_smooth.all():
+                break
+            counted[part] += 1
+            assert np.flatnonzero(~is_smooth).tolist() == [7]
+    assert counted[0] == 1
+    assert counted[1] >= 3  # azimuth, slide and hinge
