@@ -19,6 +19,7 @@ from plain_machines import read, rotation
 import trivet as t
 from trivet.cli.views.plan_cases import _grouped
 from trivet.kinematics.jacobian import inverse_jacobian
+from trivet.model import dimensions, load
 from trivet.reach.margins import side
 from trivet.reach.touch import Touch
 from trivet.study.aims import read_aims
@@ -408,6 +409,20 @@ def test_several_aims_in_words(trivet: Any) -> None:
     code, out, _ = trivet(*COARSE, "--no-proof", "--objective", "K_xx")
     assert code == 0
     assert re.search(r"least K_xx \d\.\d+ N/µm at", out)
+
+
+def test_advice_is_told_as_an_option(trivet: Any) -> None:
+    arguments = ("plan", "azulay", "--mode", "++ ++ -+", "--step", "5 deg", "--rolls", "36", "--advise")
+    code, out, _ = trivet(*arguments)
+    assert code == 1
+    assert re.search(r"link\.length +216 mm .* travel .* yes +--set 'chains\.leg\.elements\.link\.length=21\d\.?\d* mm'", out)
+    # Neutral axes make chains of their own of the copies; what is told of are the dimensions of the file.
+    code, out, _ = trivet(*arguments, "--neutral", "home", "--height", "110 mm", "--json")
+    assert code == 1
+    found = json.loads(out)["advice"]
+    assert {change["mends"] for change in found} == {"travel"}
+    assert all(change["option"][0] in ("--set", "--height") for change in found)
+    assert {change["dimension"] for change in found} <= {"height of the sphere", *dimensions(load("azulay"))}
 
 
 def test_cases_in_a_table(trivet: Any) -> None:

@@ -12,6 +12,7 @@ from trivet.cli.commands.tilt import NEUTRAL
 from trivet.cli.groups import DataOutput
 
 if TYPE_CHECKING:
+    from trivet.model import Machine
     from trivet.study.cone import ConePlan
     from trivet.study.plan import Plan, PlanStudy
 
@@ -74,7 +75,9 @@ def run(
     ] = None,
     advise: Annotated[
         bool,
-        typer.Option("--advise", help="Where travel stops the one way asked for: which smallest change would let it pass."),
+        typer.Option(
+            "--advise", help="Where travel, bodies or --sigma stop the one way asked for: which smallest change lets it pass."
+        ),
     ] = False,
     settings: o.Settings = None,
     out: DataOutput,
@@ -135,7 +138,7 @@ def run(
                 chosen, modes=cast("list[str | None]", modes or [None]), path=read_path(along), start_roll=start,
                 progress=advance, **common,
             )  # fmt: skip
-        _give(study, advise, out)
+        _give(study, chosen[0] if advise else None, out)
         return
     heights: list[Any] = [o.quantity("--height", text, "length", "m") for text in height] if height else [None]
     with output.progress(out.as_json, "plans") as advance:
@@ -149,14 +152,14 @@ def run(
             progress=advance,
             **common,
         )
-    _give(study, advise, out)
+    _give(study, chosen[0] if advise else None, out)
 
 
-def _give(study: PlanStudy, advise: bool, out: DataOutput) -> None:
+def _give(study: PlanStudy, advised: Machine | None, out: DataOutput) -> None:
     from trivet.cli.views import plan as view
     from trivet.study.advice import advice
 
-    out.give(study, view, advice(study.plans[0]) if advise else None)
+    out.give(study, view, None if advised is None else advice(study.plans[0], advised))
     _leave(*study.plans)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Iterator
 from typing import Any
 
@@ -42,11 +43,17 @@ def tables(study: PlanStudy, advice: tuple[Change, ...] | None = None) -> Iterat
 
 def _advice(changes: tuple[Change, ...]) -> Any:
     if not changes:
-        return "advice: it is not joints' travel alone that stops it; no change of a dimension was tried"
-    found = table("one change each, the smallest first", "dimension", "now", "needed", "change", "a way then")
+        return (
+            "advice: no change of one dimension is in sight that mends it: its margins alone do not stop it, or lack too much"
+        )
+    found = table(
+        "one change each, the smallest first", "dimension", "now", "needed", "change", "mends", "a way then", "option", left=1
+    )
     for change in changes:
         part = f"{100 * change.part:.1f} %" if math.isfinite(change.part) else "–"
-        found.add_row(change.dimension, *change.written, part, "yes" if change.passes else "not with that alone")
+        then = "yes" if change.passes else "not with that alone"
+        found.add_row(change.dimension, *change.written, part, change.mends, then, shlex.join(change.option))
+    found.columns[-1].justify = "left"
     return found
 
 
@@ -101,7 +108,7 @@ def _drives(plan: Plan, drives: Drives) -> str:
     where, drive = drives.fastest
     rate = abs(drives.rates[where, drive])
     shown = f"{rate:.3g}°" if drives.is_angular[drive] else f"{rate * 1e3 * math.radians(1):.3g} mm"
-    moves = "" if plan.grid.poses is None else f", or {drives.size * 1e3 * math.radians(1):.3g} mm that it moves"
+    moves = "" if plan.grid.poses is None else f", or per {drives.size * 1e3 * math.radians(1):.3g} mm that it moves"
     return (
         f"fastest of the drives is {drives.names[drive]}: {shown} per degree that the platform turns{moves}, at "
         f"{plan.grid.mark(drives.rows[where])}; the nearer a Type 1 singularity, the faster"
@@ -130,7 +137,15 @@ def as_json(study: PlanStudy, advice: tuple[Change, ...] | None = None) -> dict[
     found: dict[str, Any] = {"plans": [_plan(plan) for plan in study.plans]}
     if advice is not None:
         found["advice"] = [
-            {"dimension": c.dimension, "now_SI": c.now, "needed_SI": c.needed, "passes": c.passes} for c in advice
+            {
+                "dimension": change.dimension,
+                "now_SI": change.now,
+                "needed_SI": change.needed,
+                "mends": change.mends,
+                "passes": change.passes,
+                "option": list(change.option),
+            }
+            for change in advice
         ]
     return found
 
