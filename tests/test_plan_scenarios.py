@@ -565,3 +565,18 @@ def test_a_joint_whose_slope_has_no_bound_may_jump(monkeypatch: pytest.MonkeyPat
             assert np.flatnonzero(~is_smooth).tolist() == [7]
     assert counted[0] == 1
     assert counted[1] >= 3  # azimuth, slide and hinge
+
+
+def test_pieces_of_a_surface_meet_its_knots() -> None:
+    """And those of a line: of random ones, which are twisted as no cone needs to be."""
+    rng = np.random.default_rng(4)
+    knots = rng.normal(size=(6, 5, 4))
+    pieces = Patches.over(knots)
+    corners = [knots[:, :-1, :-1], knots[:, 1:, :-1], knots[:, :-1, 1:], knots[:, 1:, 1:]]
+    for (u, v), own in zip(((-1, -1), (1, -1), (-1, 1), (1, 1)), corners, strict=True):
+        at = pieces.middle + u * pieces.first + v * pieces.second + u * v * pieces.twist
+        np.testing.assert_allclose(at, own.reshape(6, -1), atol=1e-14)
+    line = Patches.along(knots[:, 0])
+    np.testing.assert_allclose(line.middle - line.first, knots[:, 0, :-1], atol=1e-14)
+    np.testing.assert_allclose(line.middle + line.first, knots[:, 0, 1:], atol=1e-14)
+    assert not np.any(line.second)
