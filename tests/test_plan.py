@@ -106,7 +106,9 @@ def test_the_grid_of_a_plan_is_the_plain_one() -> None:
     assert not np.any(is_open & ~plain.inside)
     assert np.mean(plain.inside & ~is_open) < 0.02  # what is kept in hand
     np.testing.assert_allclose(found.field.value.ravel()[is_open], plain.sigma[is_open], rtol=0, atol=1e-12)
-    np.testing.assert_array_equal(found.sides.ravel()[is_open], np.sign(plain.determinant)[is_open])
+    np.testing.assert_allclose(
+        found.signed_sigma.ravel()[is_open], (np.sign(plain.determinant) * plain.sigma)[is_open], atol=1e-12
+    )
 
 
 def test_other_aims() -> None:

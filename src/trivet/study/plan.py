@@ -24,7 +24,7 @@ from trivet.study.closest import Closest, Drives, closest, drives_along
 from trivet.study.machines import MachineLike, choose
 from trivet.study.pathfile import PathFile
 from trivet.study.requirements import LARGEST_GRID, Requirements, Settings, on_sphere, verdict
-from trivet.study.roll_grid import Along, Field, RollGrid, Rules, along, best_way, field_of, frames_of, refined, simplified
+from trivet.study.roll_grid import Along, Field, RollGrid, Rules, along, best_way, field_of, refined, simplified
 from trivet.study.stops import stop
 
 Array = NDArray[Any]
@@ -139,11 +139,16 @@ class Plan:
         return -1 if self.along is None else int(self.along.value.argmin())
 
     @cached_property
+    def signed_sigma(self) -> Array:
+        """(rows, columns) sigma_min with the sign of det J_x, whatever limits and bodies; NaN where a chain does not close."""
+        rows, columns = np.indices(self.grid.shape).reshape(2, -1)
+        found = control(self.machine, self.grid.frames(rows, columns, self.rules.radius), self.rules.signs)
+        return (found.sigma_min * found.side).reshape(self.grid.shape)
+
+    @property
     def sides(self) -> Array:
         """(rows, columns) sign of det J_x whatever limits and bodies; NaN where a chain does not close."""
-        rows, columns = np.indices(self.grid.shape)
-        poses = frames_of(self.grid.at(rows.ravel(), columns.ravel()), self.rules.radius)
-        return control(self.machine, poses, self.rules.signs).side.reshape(self.grid.shape)
+        return np.sign(self.signed_sigma)
 
     def __repr__(self) -> str:
         end = self.grid.mark(self.grid.shape[0] - 1)
