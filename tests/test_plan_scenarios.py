@@ -15,7 +15,7 @@ import pytest
 
 from trivet.kinematics.mode import all_modes, parse_mode
 from trivet.model import load
-from trivet.reach.certificate import PATCHES, Demand, Patches, Prover
+from trivet.reach.certificate import PATCHES, Bounds, Demand, Patches, Prover
 from trivet.reach.sheets import highest_sheet
 from trivet.reach.touch import Touch
 from trivet.reach.ways import bottleneck, widest
@@ -580,3 +580,14 @@ def test_pieces_of_a_surface_meet_its_knots() -> None:
     np.testing.assert_allclose(line.middle - line.first, knots[:, 0, :-1], atol=1e-14)
     np.testing.assert_allclose(line.middle + line.first, knots[:, 0, 1:], atol=1e-14)
     assert not np.any(line.second)
+
+
+def test_what_is_not_known_is_not_as_demanded() -> None:
+    nothing, good = np.array([np.nan, -np.inf]), np.array([1.0, 1.0])
+    demand = Demand(0.0, 0.0, 0.1)
+    for lacking in range(3):
+        values = [nothing if k == lacking else good for k in range(3)]
+        for found in (Bounds(*values).lacking(demand), Bounds(*values).lacking(demand, 0.5)):
+            assert found.all(axis=0).tolist() == [k == lacking for k in range(3)]
+            assert found.any(axis=1).all()
+    assert not Bounds(good, -100 * good, good).lacking(demand._replace(clearance=None)).any()
