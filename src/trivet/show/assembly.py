@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from trivet.files import replacing
 from trivet.kinematics.forward import AssemblyMode, Forward
 from trivet.kinematics.mode import parse_mode
-from trivet.kinematics.standing import stand
-from trivet.model.elements import Curvilinear
 from trivet.show.maps import check_suffix
+from trivet.show.sticks import sticks
 
 COLOURS = {"connected": "#1B7F3B", "unknown": "#B58900", "apart": "#4A5A6A"}
 OUTSIDE = "#B03A2E"
@@ -33,32 +32,12 @@ def draw_assembly(result: Forward, path: str | os.PathLike[str], *, overwrite: b
         InputError: for another suffix, a file that exists unasked or that cannot be written.
     """
     check_suffix(str(path))
-    figures = [_lines(result, mode) for mode in result.modes]
+    figures = [sticks(result.machine, mode.frame, parse_mode(result.machine, mode.mode)) for mode in result.modes]
     with replacing(path, overwrite=overwrite) as temporary:
         if Path(path).suffix.lower() == ".png":
             _write_picture(result, figures, temporary)
         else:
             _write_page(result, figures, temporary)
-
-
-def _lines(result: Forward, mode: AssemblyMode) -> list[NDArray[Any]]:
-    """Polylines (n, 3) in mm: one per chain, and the closed outline of the platform last."""
-    found = []
-    for one in stand(result.machine, mode.frame, parse_mode(result.machine, mode.mode)):
-        tip = mode.frame.shift(one.leg.platform_frame().origin).origin
-        # A circular guide starts in the middle of its circle, where nothing of it is.
-        starts = [frame.origin for element, frame, _ in one.steps if not isinstance(element, Curvilinear)]
-        points = [[float(c) for c in origin] for origin in (*starts, tip)]
-        found.append(1e3 * np.array(points))
-    tips = np.array([line[-1] for line in found])
-    around = np.argsort(np.arctan2(*(_seen(mode, tips)[:, 1::-1].T)))
-    return [*found, tips[np.r_[around, around[:1]]]]
-
-
-def _seen(mode: AssemblyMode, points: NDArray[Any]) -> NDArray[Any]:
-    """Points (n, 3) in mm in the axes of the platform."""
-    inner: NDArray[Any] = (points - 1e3 * np.array(mode.position)) @ np.array(mode.frame.matrix(), dtype=float)
-    return inner
 
 
 def _caption(number: int, mode: AssemblyMode) -> str:

@@ -13,6 +13,7 @@ from trivet.errors import NoResultError
 from trivet.files import replacing
 from trivet.kinematics.mode import mode_words
 from trivet.show.maps import check_suffix
+from trivet.show.plan import value_label
 from trivet.study.cone import ConePlan
 from trivet.study.roll_grid import met
 
@@ -34,8 +35,9 @@ def draw_cone(plan: ConePlan, path: str | os.PathLike[str], *, overwrite: bool =
 
 
 def _title(plan: ConePlan) -> str:
-    words = "proven" if plan.is_safe else "not proven"
-    return f"{plan.machine.name}, {mode_words(plan.mode)}, z0 = {plan.knots.z[0, 0] * 1e3:g} mm: {words}"
+    edge = f"{np.degrees(plan.knots.tilt.max()):.4g}°"
+    where = f"every direction up to {edge}, z0 = {plan.knots.z[0, 0] * 1e3:g} mm"
+    return f"{plan.machine.name}, {mode_words(plan.mode)}, {where}: {plan.verdict}"
 
 
 def _nodes(plan: ConePlan) -> tuple[Any, Any, Any, Any]:
@@ -50,9 +52,9 @@ def _picture(plan: ConePlan, path: Path) -> None:
     from matplotlib.figure import Figure
 
     azimuth, tilt, value, heading = _nodes(plan)
-    canvas = Figure(figsize=(7, 6.4), layout="constrained")
+    canvas = Figure(figsize=(7.4, 6.8), layout="constrained")
     FigureCanvasAgg(canvas)
-    canvas.suptitle(_title(plan), fontsize=11)
+    canvas.suptitle(_title(plan), x=0.02, ha="left", fontsize=11)
     axes = canvas.subplots()
     x, y = np.degrees(tilt) * np.cos(azimuth), np.degrees(tilt) * np.sin(azimuth)
     mesh = axes.pcolormesh(x, y, value, shading="gouraud", cmap="cividis", vmin=0)
@@ -64,10 +66,17 @@ def _picture(plan: ConePlan, path: Path) -> None:
         x[rays, rows], y[rays, rows], np.cos(own), np.sin(own), color="white", angles="xy", scale_units="xy", scale=1 / spread,
         width=0.004,
     )  # fmt: skip
-    canvas.colorbar(mesh, ax=axes, shrink=0.8, label=" and ".join(aim.name for aim in plan.rules.aims))
+    axes.plot(x[:, -1], y[:, -1], color="black", linewidth=1.5, label="edge of the cone")
+    k = np.unravel_index(int(value.argmin()), value.shape)
+    axes.plot(
+        x[k], y[k], "D", color="black", markerfacecolor="white", markersize=8, linestyle="", label=f"worst, {value[k]:.3g}"
+    )
+    axes.plot([], [], color="grey", marker=">", label="x axis of the platform, seen from above")
+    canvas.legend(loc="outside lower left", frameon=False, fontsize=9, ncols=3)
+    canvas.colorbar(mesh, ax=axes, shrink=0.8, label=value_label(plan.rules))
     axes.set_aspect("equal")
-    axes.set_xlabel("tilt towards x, °")
-    axes.set_ylabel("tilt towards y, °   (arrows: x axis of the platform)")
+    axes.set_xlabel("tilt towards x (azimuth 0°), °")
+    axes.set_ylabel("tilt towards y (azimuth 90°), °")
     canvas.savefig(path, format="png", dpi=120)
 
 
@@ -75,14 +84,25 @@ def _page(plan: ConePlan, path: Path) -> None:
     import plotly.graph_objects as go
 
     azimuth, tilt, value, heading = (np.degrees(a).ravel() if k != 2 else a.ravel() for k, a in enumerate(_nodes(plan)))
-    name = " and ".join(aim.name for aim in plan.rules.aims)
+    name = html.escape(value_label(plan.rules))
     page = go.Figure(
         go.Scatterpolar(
             r=tilt, theta=azimuth, mode="markers", customdata=np.stack([heading % 360, value], axis=1),
-            marker={"color": value, "colorscale": "Cividis", "cmin": 0, "size": 9, "colorbar": {"title": name}},
+            marker={
+                "color": value, "colorscale": "Cividis", "cmin": 0, "cmax": value.max(), "size": 9, "colorbar": {"title": name},
+            },
             hovertemplate="azimuth %{theta:.4g}°, tilt %{r:.4g}°<br>azimuth + roll %{customdata[0]:.4g}°<br>"
             "%{customdata[1]:.4g}<extra></extra>",
         )
     )  # fmt: skip
-    page.update_layout(title=html.escape(_title(plan)), template="simple_white", height=720, width=820)
+    edge, line = np.linspace(0, 360, 181), {"color": "black", "width": 1.5}
+    page.add_scatterpolar(r=np.full(len(edge), tilt.max()), theta=edge, mode="lines", line=line, name="edge of the cone")
+    k = int(value.argmin())
+    marker = {"symbol": "diamond", "size": 12, "color": "white", "line": line}
+    page.add_scatterpolar(r=[tilt[k]], theta=[azimuth[k]], mode="markers", marker=marker, name=f"worst, {value[k]:.3g}")
+    page.update_traces(showlegend=False, selector=0)
+    page.update_layout(
+        title=html.escape(_title(plan)), template="simple_white", height=720, width=820, legend={"orientation": "h", "y": 1.05},
+        polar={"radialaxis": {"title": "tilt, °"}},
+    )  # fmt: skip
     page.write_html(path, include_plotlyjs=True, include_mathjax=False, full_html=True)
