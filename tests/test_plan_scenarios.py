@@ -428,6 +428,7 @@ def test_a_refined_way_starts_where_it_may_and_keeps_off_blocked_places(monkeypa
     rules: Any = None
     rows, columns = refined(rules, ridge.grid, way, side, start, [])
     assert columns[0] == 5
+    start[0] = True  # or it is the start that decides what the way is worth, and it need not go near the place
     place = (10.0, float(ridge.top(np.array(0.5))) / 0.1 + 1.6)
     blocked = ridge.field(None, ridge.grid)
     blocked = blocked._replace(value=np.where(ridge.grid.is_near([place]), -np.inf, blocked.value))
@@ -591,3 +592,14 @@ def test_what_is_not_known_is_not_as_demanded() -> None:
             assert found.all(axis=0).tolist() == [k == lacking for k in range(3)]
             assert found.any(axis=1).all()
     assert not Bounds(good, -100 * good, good).lacking(demand._replace(clearance=None)).any()
+
+
+@pytest.mark.parametrize(("mode", "height", "keeps"), [("++ ++ ++", 0.03, "limits"), ("-- -- --", 0.11, "bodies")])
+def test_samples_beyond_limits_or_within_bodies_have_no_value(mode: str, height: float, keeps: str) -> None:
+    for kept in (True, False):
+        settings: Any = {"limits": False, "bodies": False} | {keeps: kept}
+        found = plan("azulay", 0.004, height, to=0.2, step=0.1, rolls=8, mode=mode, proof=False, **settings)
+        still = np.zeros(2)
+        knots = Touch(still, still, still + height, still, np.array([0.0, 0.1]), still)
+        values = along(found.rules, knots, np.array([0.0, 1.0]), 0.1).value
+        assert np.all((values == -np.inf) if kept else (values > 0.01))
