@@ -17,10 +17,10 @@ from trivet.model.machine import Machine
 from trivet.reach.scene import Ball
 from trivet.reach.touch import Touch
 from trivet.space.vector import Vec
-from trivet.study.advice import HEIGHT, Change, _changed, _Place, advice
+from trivet.study.advice import HEIGHT, Change, _changed, _Place, advice, with_dimension
 from trivet.study.machines import choose, parse_settings
 from trivet.study.pathfile import read_path
-from trivet.study.plan import Plan, plan, plan_along, replanned, with_dimension
+from trivet.study.plan import Plan, plan, plan_along, replanned
 from trivet.study.roll_grid import Rules
 from trivet.study.spare import Margin, slopes, spare
 
@@ -71,7 +71,11 @@ def test_what_is_advised_lets_the_machine_pass(case: str) -> None:
         assert again(name, height, mode, settings, change).is_possible == change.passes
         if change.passes:  # narrowed down: nine tenths of it do not serve
             less = change.now + 0.9 * (change.needed - change.now)
-            assert not replanned(stopped, None if change.dimension == HEIGHT else change.dimension, less).is_possible
+            if change.dimension == HEIGHT:
+                assert not replanned(stopped, height=less).is_possible
+            else:
+                changed = with_dimension(stopped.machine, change.dimension, less)
+                assert not replanned(stopped, machine=changed).is_possible
 
 
 def test_values_are_those_of_the_paper_s_machine() -> None:
@@ -103,8 +107,8 @@ def test_the_worst_of_two_margins_is_to_be_mended_first() -> None:
 def test_no_change_is_told_that_no_file_may_have() -> None:
     stopped = plan("azulay", 0.004, 0.121, mode="++ ++ -+", **COARSE)
     link = _Place.of(stopped.machine, "chains.leg.elements.link.length")
-    assert _changed(stopped, link, -0.1) is None
-    assert _changed(stopped, link, 0.1) is not None
+    assert _changed(stopped.machine, link, -0.1) is None
+    assert _changed(stopped.machine, link, 0.1) is not None
 
 
 def test_nothing_is_advised_where_a_singularity_is_in_the_way_or_nothing_is() -> None:
@@ -229,3 +233,12 @@ def test_advice_in_words(trivet: Any) -> None:
     code, out, _ = trivet(*arguments, "--json")
     assert code == 1
     assert json.loads(out)["advice"][0]["passes"]
+
+
+def test_a_solid_sphere_goes_along_with_its_height() -> None:
+    """A plan about another height is the plan that was asked for there."""
+    settings = {"mode": "++ ++ -+", "solid": True, "step": math.radians(6), "rolls": 30, "proof": False}
+    there = plan("azulay", 0.004, 0.110, **settings)
+    moved = replanned(plan("azulay", 0.004, 0.121, **settings), height=0.110)
+    np.testing.assert_array_equal(moved.field.value, there.field.value)
+    assert not np.array_equal(there.field.value, plan("azulay", 0.004, 0.110, **(settings | {"solid": False})).field.value)

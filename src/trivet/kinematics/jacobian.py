@@ -186,8 +186,8 @@ def square_rows(machine: Machine, pose: Frame, signs: Scalar) -> ConstraintRows:
 
 def require_six_each(machine: Machine) -> None:
     """Raise InputError unless six actuators hold the platform's six freedoms."""
-    free = (chain.copies * sum(len(e.unknowns) for e in chain.elements if not is_driven(e)) for chain in machine.chains.values())
-    held = 6 * sum(chain.copies for chain in machine.chains.values()) - sum(free)
+    chains = machine.chains.values()
+    held = sum(chain.copies * (6 - sum(len(e.unknowns) for e in chain.elements if not is_driven(e))) for chain in chains)
     count = len(actuators(machine))
     if (held, count) != (6, 6):
         raise InputError(

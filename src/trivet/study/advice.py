@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import jax
 import numpy as np
 
 from trivet.errors import TrivetError
 from trivet.model import Machine, dimensions, document_of, parse
 from trivet.model.paths import get, join, leaves
-from trivet.reach.neutral import with_neutral
-from trivet.study.plan import Plan, replanned, with_dimension
+from trivet.study.plan import Plan, replanned
 from trivet.study.roll_grid import best_way, field_of
 from trivet.study.spare import Margin, demanded, slopes, spare, without
 
@@ -78,7 +78,7 @@ def advice(plan: Plan, machine: Machine | None = None) -> tuple[Change, ...]:
     known = {HEIGHT, *dimensions(plan.machine if machine is None else machine)}
     least: dict[str, _Wish] = {}
     for wish in sorted(wishes, key=lambda wish: wish.size):
-        if wish.size <= LARGEST and wish.place.name in known and _changed(plan, wish.place, wish.at(1.0)) is not None:
+        if wish.size <= LARGEST and wish.place.name in known and _may_be(plan, wish):
             least.setdefault(wish.place.name, wish)
     changes = [_tried(plan, wish) for wish in list(least.values())[:TRIED]]
     return tuple(sorted(changes, key=lambda change: not change.passes))
@@ -189,23 +189,33 @@ def _tried(plan: Plan, wish: _Wish) -> Change:
     return Change(place.name, wish.now, needed, passes, wish.mends, written, place.option(plan.machine, needed))
 
 
+def _may_be(plan: Plan, wish: _Wish) -> bool:
+    return wish.place.name == HEIGHT or _changed(plan.machine, wish.place, wish.at(1.0)) is not None
+
+
 def _passes(plan: Plan, place: _Place, value: float) -> bool:
-    changed = _changed(plan, place, value)
     try:
-        return changed is not None and replanned(changed, place.name if place.keys else None, value).is_possible
+        if place.name == HEIGHT:
+            return replanned(plan, height=value).is_possible
+        changed = _changed(plan.machine, place, value)
+        return changed is not None and replanned(plan, machine=changed).is_possible
     except TrivetError:
         return False
 
 
-def _changed(plan: Plan, place: _Place, value: float) -> Plan | None:
-    """A plan with all that hangs on a dimension (neutral axes), or on the height (the solid sphere); None for no machine."""
-    rules = plan.rules
-    if not place.keys:
-        ball = rules.workpiece
-        return replace(plan, rules=rules._replace(workpiece=ball and ball._replace(centre=ball.centre._replace(z=value))))
-    changed = with_dimension(plan.machine, place.name, value)
+def _changed(machine: Machine, place: _Place, value: float) -> Machine | None:
+    """A machine with one of its dimensions changed; None for numbers that no machine file may have."""
+    changed = with_dimension(machine, place.name, value)
     try:
-        parse(document_of(changed.renamed("changed")))  # numbers that no machine file may have
-        return replace(plan, rules=rules._replace(machine=with_neutral(changed, plan.neutral, plan.mode)))
+        parse(document_of(changed.renamed("changed")))
     except TrivetError:
         return None
+    return changed
+
+
+def with_dimension(machine: Machine, dimension: str, value: float) -> Machine:
+    """A machine with one of its `dimensions` changed (SI), as yet unchecked."""
+    at, structure = jax.tree.flatten(machine)
+    at[list(dimensions(machine)).index(dimension)] = value
+    changed: Machine = jax.tree.unflatten(structure, at)
+    return changed

@@ -8,17 +8,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Unpack
 
-import jax
 import numpy as np
 from numpy.typing import NDArray
 
 from trivet.errors import InputError
 from trivet.kinematics.mode import all_modes, mode_text, mode_words
-from trivet.model import Machine, dimensions
-from trivet.model.check import check
+from trivet.model import Machine
 from trivet.reach.certificate import Patches, Proof
 from trivet.reach.margins import control
-from trivet.reach.neutral import Reference
+from trivet.reach.neutral import Reference, with_neutral
 from trivet.reach.touch import Touch
 from trivet.study.closest import Closest, Drives, closest, drives_along
 from trivet.study.machines import MachineLike, choose
@@ -144,11 +142,6 @@ class Plan:
         rows, columns = np.indices(self.grid.shape).reshape(2, -1)
         found = control(self.machine, self.grid.frames(rows, columns, self.rules.radius), self.rules.signs)
         return (found.sigma_min * found.side).reshape(self.grid.shape)
-
-    @property
-    def sides(self) -> Array:
-        """(rows, columns) sign of det J_x whatever limits and bodies; NaN where a chain does not close."""
-        return np.sign(self.signed_sigma)
 
     def __repr__(self) -> str:
         end = self.grid.mark(self.grid.shape[0] - 1)
@@ -277,24 +270,20 @@ def plans(
     return PlanStudy(tuple(found))
 
 
-def replanned(plan: Plan, dimension: str | None, value: float) -> Plan:
-    """A plan once more, without a proof, with one dimension of the machine changed, or with the height of the sphere (None)."""
+def replanned(plan: Plan, *, machine: Machine | None = None, height: float | None = None) -> Plan:
+    """A plan once more, without a proof: with a changed machine, or with the sphere, solid or not, at another height (m).
+
+    Neutral axes that were laid down for the plan are laid down anew.
+    """
     rules, grid = plan.rules, plan.grid
-    if dimension is None:
-        grid = grid._replace(path=grid.path._replace(z=np.full(len(grid.path.z), value)))
-    else:
-        rules = rules._replace(machine=with_dimension(plan.machine, dimension, value))
-        check(rules.machine)
+    if machine is not None:
+        rules = rules._replace(machine=with_neutral(machine, plan.neutral, plan.mode))
+    if height is not None:
+        ball = rules.workpiece
+        rules = rules._replace(workpiece=ball and ball._replace(centre=ball.centre._replace(z=height)))
+        grid = grid._replace(path=grid.path._replace(z=np.full(len(grid.path.z), height)))
     wanted = Requirements(neutral=plan.neutral, proof=False)
     return _attempt(rules, grid, wanted, plan.start, field_of(rules, grid), [], lambda looked, left: None)
-
-
-def with_dimension(machine: Machine, dimension: str, value: float) -> Machine:
-    """A machine with one of its `dimensions` changed (SI), as yet unchecked."""
-    leaves, structure = jax.tree.flatten(machine)
-    leaves[list(dimensions(machine)).index(dimension)] = value
-    changed: Machine = jax.tree.unflatten(structure, leaves)
-    return changed
 
 
 def _check(to: float, step: float, rolls: int) -> None:
