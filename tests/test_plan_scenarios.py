@@ -23,7 +23,7 @@ from trivet.space.enclosure import Ball, Enclosure
 from trivet.study import roll_grid, stops
 from trivet.study.cone import cone
 from trivet.study.pathfile import PathFile, PathPose
-from trivet.study.plan import Plan, plan, plan_along
+from trivet.study.plan import TRIES, Plan, plan, plan_along
 from trivet.study.roll_grid import Field, RollGrid, along, refined
 
 FINER = 50
@@ -603,3 +603,24 @@ def test_samples_beyond_limits_or_within_bodies_have_no_value(mode: str, height:
         knots = Touch(still, still, still + height, still, np.array([0.0, 0.1]), still)
         values = along(found.rules, knots, np.array([0.0, 1.0]), 0.1).value
         assert np.all((values == -np.inf) if kept else (values > 0.01))
+
+
+@pytest.mark.parametrize("failing", [2, 100])
+def test_ways_are_tried_until_one_is_proven_else_the_first_is_told(failing: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Proofs that fail, each at the middle of the way it is asked for."""
+    prove, given = Prover.prove, []
+
+    def fails(self: Prover, patches: Patches, demand: Demand, *rest: Any, **more: Any) -> Any:
+        given.append(patches)
+        proof = prove(self, patches, demand, *rest, **more)
+        there = patches.some([patches.many // 2])
+        return proof._replace(is_proven=False, open=there, smallest=0) if len(given) <= failing else proof
+
+    monkeypatch.setattr(Prover, "prove", fails)
+    found = plan("azulay", 0.004, 0.121, to=0.3, bodies=False, **COARSE)
+    assert found.is_possible
+    assert found.knots is not None
+    told = given[2 if failing == 2 else 0]
+    np.testing.assert_allclose(told.middle - told.first, np.stack(found.knots)[:, :-1], atol=1e-12)
+    assert found.is_safe == (failing == 2)
+    assert len(given) == (3 if failing == 2 else 1 + TRIES)
