@@ -624,3 +624,19 @@ def test_ways_are_tried_until_one_is_proven_else_the_first_is_told(failing: int,
     np.testing.assert_allclose(told.middle - told.first, np.stack(found.knots)[:, :-1], atol=1e-12)
     assert found.is_safe == (failing == 2)
     assert len(given) == (3 if failing == 2 else 1 + TRIES)
+
+
+def test_two_rings_between_start_and_end_are_not_told_as_different_sides(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Both ends lie on one side, and all between on the other: no way of the grid, but nothing is proven."""
+
+    def rings(rules: Any, grid: RollGrid, mask: np.ndarray | None = None) -> Field:
+        side = np.full(grid.shape, -1.0)
+        side[[0, -1]] = 1.0
+        return Field(np.ones(grid.shape), side)
+
+    monkeypatch.setattr("trivet.study.plan.field_of", rings)
+    monkeypatch.setattr(stops, "field_of", rings)
+    found = plan("azulay", 0.004, 0.121, limits=False, bodies=False, **COARSE)
+    assert not found.is_possible
+    assert found.stopped_by.startswith("no way of this grid leads around the Type 2 singularities")
+    assert "proven" not in found.stopped_by
