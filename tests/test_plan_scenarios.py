@@ -16,7 +16,7 @@ import pytest
 from trivet.kinematics.mode import all_modes, parse_mode
 from trivet.model import load
 from trivet.reach.certificate import PATCHES, Bounds, Demand, Patches, Prover
-from trivet.reach.sheets import highest_sheet
+from trivet.reach.sheets import Sheet, highest_sheet
 from trivet.reach.touch import Touch
 from trivet.reach.ways import bottleneck, widest
 from trivet.space.enclosure import Ball, Enclosure
@@ -640,3 +640,14 @@ def test_two_rings_between_start_and_end_are_not_told_as_different_sides(monkeyp
     assert not found.is_possible
     assert found.stopped_by.startswith("no way of this grid leads around the Type 2 singularities")
     assert "proven" not in found.stopped_by
+
+
+def test_the_last_ray_of_a_cone_is_the_first_whatever_the_rolls(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a sheet whose rolls change from ray to ray, as those of the machines here do not."""
+    columns = np.array([[0, 0, 0], [0, 1, 1], [0, 2, 3], [0, 1, 1], [0, 1, 2], [0, 1, 1]])
+    monkeypatch.setattr("trivet.study.cone.highest_sheet", lambda values, stride, told: Sheet(0.3, columns, 2))
+    found = cone("azulay", 0.2, 0.004, 0.121, step=0.1, rolls=24, azimuths=6, bodies=False, proof=False)
+    heading = found.knots.azimuth + found.knots.roll
+    np.testing.assert_allclose(heading[:-1], columns * 2 * np.pi / 24, atol=1e-12)
+    np.testing.assert_allclose(heading[-1], heading[0], atol=1e-12)
+    np.testing.assert_allclose(found.knots.azimuth[-1], 2 * np.pi, atol=1e-12)
