@@ -10,6 +10,7 @@ import numpy as np
 
 from trivet.files import replacing
 from trivet.kinematics.mode import mode_words
+from trivet.reach.certificate import Demand
 from trivet.show.maps import check_suffix
 from trivet.show.palette import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILLION
 from trivet.study.plan import Plan, PlanStudy
@@ -17,7 +18,8 @@ from trivet.study.roll_grid import Rules
 
 SERIES = (BLUE, ORANGE, GREEN, PURPLE, VERMILLION, BLACK)
 """Of several plans, the best first; the others are counted only."""
-CURVE, WAY, GRID = "#C8102E", "#FFFFFF", "#EBEBEB"
+CURVE, WAY, GRID = VERMILLION, "#FFFFFF", "#EBEBEB"
+NOT_ALLOWED = "#E4E4E4"
 
 
 class Map(NamedTuple):
@@ -40,13 +42,31 @@ class Panel(NamedTuple):
     """What, and its unit."""
     values: Any
     """(n,)"""
-    demanded: float
-    """What it must not fall below; NaN where nothing is demanded."""
+    bound: float
+    """What it does not fall below, or must not; NaN where nothing is demanded."""
+    said: str
+    """Of the bound."""
     colour: str
 
 
-PLACES = {"start": ("o", "circle"), "end": ("s", "square"), "worst": ("D", "diamond")}
-"""What is marked on a way, as Matplotlib and plotly draw it."""
+class Place(NamedTuple):
+    """How a place on a way is marked."""
+
+    marker: str
+    """Of Matplotlib."""
+    symbol: str
+    """Of plotly."""
+    size: float
+    """Points, or pixels: what may lie on another is the smaller one."""
+    colour: str
+
+
+PLACES = {
+    "start": Place("o", "circle", 12, WAY),
+    "end": Place("s", "square", 11, WAY),
+    "worst": Place("D", "diamond", 6, BLACK),
+}
+"""What is marked on a way; the last on top."""
 
 
 def draw_plans(study: PlanStudy, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
@@ -74,7 +94,8 @@ def title(study: PlanStudy) -> str:
             f"; the best {len(SERIES)}" if possible > len(SERIES) else ""
         )
     where = f"z0 = {plan.grid.path.z[0] * 1e3:g} mm" if plan.grid.poses is None else f"{plan.grid.poses[-1]:g} poses"
-    return f"{plan.machine.name}, {mode_words(plan.mode)}, {where}: {plan.verdict}"
+    mode = mode_words(plan.mode).replace("-", "−")
+    return f"{plan.machine.name}, {mode}, {where}: {plan.verdict}"
 
 
 def rows_label(study: PlanStudy) -> str:
@@ -82,12 +103,12 @@ def rows_label(study: PlanStudy) -> str:
     return "tilt, °" if study.plans[0].grid.poses is None else "pose"
 
 
-def value_label(rules: Rules) -> str:
-    """What a value is."""
+def value_label(rules: Rules, where: str = "") -> str:
+    """What a value is, where, and its unit."""
     if len(rules.aims) == 1 and rules.aims[0].unit == 1:
         (aim,) = rules.aims
-        return aim.name if aim.scalar is None else f"{aim.name}, SI"
-    return "the least of " + ", ".join(f"{aim.name} / {aim.unit:g}" for aim in rules.aims)
+        return f"{aim.name}{where}, {'–' if aim.scalar is None else 'SI'}"
+    return f"the least{where} of " + ", ".join(f"{aim.name} / {aim.unit:g}" for aim in rules.aims)
 
 
 def marks(plan: Plan) -> Any:
@@ -128,13 +149,15 @@ def panels(plan: Plan) -> Iterator[Panel]:
     if plan.along is None:
         return
     if [aim.name for aim in plan.rules.aims] != ["sigma_min"]:
-        yield Panel("value", plan.along.value, np.nan, PURPLE)
-    demanded = plan.rules.least_sigma if plan.proof is None else plan.proof.demand.sigma_min
-    yield Panel("sigma_min", plan.along.sigma_min, demanded or np.nan, BLUE)
+        yield Panel("value, –", plan.along.value, np.nan, "", PURPLE)
+    demand = Demand(sigma_min=plan.rules.least_sigma) if plan.proof is None else plan.proof.demand
+    said = "proven" if plan.is_safe else "demanded"
+    yield Panel("sigma_min, –", plan.along.sigma_min, demand.sigma_min or np.nan, said, BLUE)
     if plan.rules.limits and np.isfinite(plan.along.travel).all():
-        yield Panel("travel left,\n% of half", 1e2 * plan.along.travel, 0.0, ORANGE)
+        yield Panel("travel left,\n% of half", 1e2 * plan.along.travel, 0.0, "end of travel", ORANGE)
     if plan.rules.scene is not None and np.isfinite(plan.along.clearance).all():
-        yield Panel("clearance,\nmm", 1e3 * plan.along.clearance, 1e3 * plan.rules.gap, GREEN)
+        said = f"{said}, {1e3 * plan.rules.gap:g} mm" if plan.rules.gap else "touching"
+        yield Panel("clearance,\nmm", 1e3 * plan.along.clearance, 1e3 * plan.rules.gap, said, GREEN)
 
 
 def best_of(study: PlanStudy) -> list[tuple[str, Plan, str]]:
