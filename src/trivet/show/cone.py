@@ -1,24 +1,44 @@
-"""Rolls over a cone of directions, seen from above: tilt outwards, the value in colour, the platform's x axis as strokes."""
+"""Rolls over a cone of directions, seen from above: tilt outwards, the value in colour, the platform's x axis as arrows."""
 
 from __future__ import annotations
 
-import html
 import os
-from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from trivet.errors import NoResultError
 from trivet.files import replacing
 from trivet.kinematics.mode import mode_words
+from trivet.reach.touch import Touch
 from trivet.show.maps import check_suffix
-from trivet.show.plan import value_label
 from trivet.study.cone import ConePlan
 from trivet.study.roll_grid import met
 
-STROKES = 12
+PIXELS = 161
 """Across the cone."""
+ARROWS = 9
+"""Across the cone."""
+ROOM = 1.22
+"""Of the radius of the cone, around it."""
+
+
+class Disc(NamedTuple):
+    """A cone seen from above: directions as tilt (degrees) towards x and y."""
+
+    edge: float
+    """Tilt of the cone, degrees."""
+    across: Any
+    """(n,) tilts of the pixels, the same towards x and y, degrees."""
+    value: Any
+    """(n, n) towards y and x; outside the cone as at its edge."""
+    inside: Any
+    """(n, n) whether a pixel is in the cone."""
+    arrows: Any
+    """(m, 2, 2) tilts (x, y) of starts and tips of the platform's x axis, degrees."""
+    worst: tuple[float, float]
+    """Tilts (x, y) of the direction of least value, degrees."""
+    least: float
 
 
 def draw_cone(plan: ConePlan, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
@@ -30,79 +50,53 @@ def draw_cone(plan: ConePlan, path: str | os.PathLike[str], *, overwrite: bool =
     suffix = check_suffix(path)
     if plan.sheet is None:
         raise NoResultError(f"{plan.machine.name}: no roll is continuous all over the cone, so there is nothing to draw")
+    from trivet.show.cone_page import write_page
+    from trivet.show.cone_picture import write_picture
+
     with replacing(path, overwrite=overwrite) as temporary:
-        (_picture if suffix == ".png" else _page)(plan, temporary)
+        (write_picture if suffix == ".png" else write_page)(plan, disc_of(plan), temporary)
 
 
-def _title(plan: ConePlan) -> str:
-    edge = f"{np.degrees(plan.knots.tilt.max()):.4g}°"
-    where = f"every direction up to {edge}, z0 = {plan.knots.z[0, 0] * 1e3:g} mm"
-    return f"{plan.machine.name}, {mode_words(plan.mode)}, {where}: {plan.verdict}"
+def disc_of(plan: ConePlan) -> Disc:
+    """A cone seen from above, worked out at every pixel."""
+    assert plan.samples is not None
+    edge = float(np.degrees(plan.knots.tilt.max()))
+    across = edge * np.linspace(-1.0, 1.0, PIXELS)
+    x, y = np.meshgrid(across, across)
+    value = met(plan.rules, _surface(plan, x.ravel(), y.ravel()), np.zeros(x.size)).value.reshape(x.shape)
+    apart = 2 * edge / ARROWS
+    places = np.stack(np.meshgrid(*(2 * [apart * (np.arange(ARROWS) - ARROWS // 2)])), axis=-1).reshape(-1, 2)
+    places = places[np.hypot(*places.T) < edge - apart / 3]
+    touch = _surface(plan, *places.T)
+    half = 0.3 * apart * np.stack([np.cos(touch.azimuth + touch.roll), np.sin(touch.azimuth + touch.roll)], axis=-1)
+    k = int(plan.samples.value.argmin())
+    tilt, azimuth = np.degrees(plan.samples.touch.tilt[k]), plan.samples.touch.azimuth[k]
+    worst = float(tilt * np.cos(azimuth)), float(tilt * np.sin(azimuth))
+    arrows = np.stack([places - half, places + half], axis=1)
+    return Disc(edge, across, value, np.hypot(x, y) <= edge, arrows, worst, float(plan.samples.value[k]))
 
 
-def _nodes(plan: ConePlan) -> tuple[Any, Any, Any, Any]:
-    """Azimuth, tilt, value and alpha + roll at the nodes, rad."""
-    flat = type(plan.knots)(*(np.ravel(c) for c in plan.knots))
-    value = met(plan.rules, flat, np.zeros(len(flat.roll))).value.reshape(plan.knots.roll.shape)
-    return plan.knots.azimuth, plan.knots.tilt, value, plan.knots.azimuth + plan.knots.roll
+def _surface(plan: ConePlan, x: Any, y: Any) -> Touch:
+    """Poses (k,) of the surface between its knots, in directions given as tilts towards x and y (degrees)."""
+    azimuths, tilts = plan.knots.azimuth[:, 0], plan.knots.tilt[0]
+    u = np.interp(np.arctan2(y, x) % (2 * np.pi), azimuths, np.arange(len(azimuths)))
+    v = np.interp(np.radians(np.hypot(x, y)), tilts, np.arange(len(tilts)))
+    i, j = np.minimum(u.astype(int), len(azimuths) - 2), np.minimum(v.astype(int), len(tilts) - 2)
+    u, v = u - i, v - j
+    corners = ((0, 0, (1 - u) * (1 - v)), (1, 0, u * (1 - v)), (0, 1, (1 - u) * v), (1, 1, u * v))
+    return Touch(*(sum(part * c[i + a, j + b] for a, b, part in corners) for c in plan.knots))
 
 
-def _picture(plan: ConePlan, path: Path) -> None:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    azimuth, tilt, value, heading = _nodes(plan)
-    canvas = Figure(figsize=(7.4, 6.8), layout="constrained")
-    FigureCanvasAgg(canvas)
-    canvas.suptitle(_title(plan), x=0.02, ha="left", fontsize=11)
-    axes = canvas.subplots()
-    x, y = np.degrees(tilt) * np.cos(azimuth), np.degrees(tilt) * np.sin(azimuth)
-    mesh = axes.pcolormesh(x, y, value, shading="gouraud", cmap="cividis", vmin=0)
-    rays = slice(None, -1, max(1, (len(azimuth) - 1) // STROKES))
-    rows = slice(None, None, max(1, tilt.shape[1] // (STROKES // 2)))
-    spread = np.degrees(tilt.max()) / STROKES
-    own = heading[rays, rows]
-    axes.quiver(
-        x[rays, rows], y[rays, rows], np.cos(own), np.sin(own), color="white", angles="xy", scale_units="xy", scale=1 / spread,
-        width=0.004,
-    )  # fmt: skip
-    axes.plot(x[:, -1], y[:, -1], color="black", linewidth=1.5, label="edge of the cone")
-    k = np.unravel_index(int(value.argmin()), value.shape)
-    axes.plot(
-        x[k], y[k], "D", color="black", markerfacecolor="white", markersize=8, linestyle="", label=f"worst, {value[k]:.3g}"
-    )
-    axes.plot([], [], color="grey", marker=">", label="x axis of the platform, seen from above")
-    canvas.legend(loc="outside lower left", frameon=False, fontsize=9, ncols=3)
-    canvas.colorbar(mesh, ax=axes, shrink=0.8, label=value_label(plan.rules))
-    axes.set_aspect("equal")
-    axes.set_xlabel("tilt towards x (azimuth 0°), °")
-    axes.set_ylabel("tilt towards y (azimuth 90°), °")
-    canvas.savefig(path, format="png", dpi=120)
+def title(plan: ConePlan, disc: Disc) -> str:
+    """A line above the figure."""
+    where = f"every direction up to {disc.edge:.4g}°, z0 = {plan.knots.z[0, 0] * 1e3:g} mm"
+    mode = mode_words(plan.mode).replace("-", "−")
+    return f"{plan.machine.name}, {mode}, {where}: {plan.verdict}"
 
 
-def _page(plan: ConePlan, path: Path) -> None:
-    import plotly.graph_objects as go
-
-    azimuth, tilt, value, heading = (np.degrees(a).ravel() if k != 2 else a.ravel() for k, a in enumerate(_nodes(plan)))
-    name = html.escape(value_label(plan.rules))
-    page = go.Figure(
-        go.Scatterpolar(
-            r=tilt, theta=azimuth, mode="markers", customdata=np.stack([heading % 360, value], axis=1),
-            marker={
-                "color": value, "colorscale": "Cividis", "cmin": 0, "cmax": value.max(), "size": 9, "colorbar": {"title": name},
-            },
-            hovertemplate="azimuth %{theta:.4g}°, tilt %{r:.4g}°<br>azimuth + roll %{customdata[0]:.4g}°<br>"
-            "%{customdata[1]:.4g}<extra></extra>",
-        )
-    )  # fmt: skip
-    edge, line = np.linspace(0, 360, 181), {"color": "black", "width": 1.5}
-    page.add_scatterpolar(r=np.full(len(edge), tilt.max()), theta=edge, mode="lines", line=line, name="edge of the cone")
-    k = int(value.argmin())
-    marker = {"symbol": "diamond", "size": 12, "color": "white", "line": line}
-    page.add_scatterpolar(r=[tilt[k]], theta=[azimuth[k]], mode="markers", marker=marker, name=f"worst, {value[k]:.3g}")
-    page.update_traces(showlegend=False, selector=0)
-    page.update_layout(
-        title=html.escape(_title(plan)), template="simple_white", height=720, width=820, legend={"orientation": "h", "y": 1.05},
-        polar={"radialaxis": {"title": "tilt, °"}},
-    )  # fmt: skip
-    page.write_html(path, include_plotlyjs=True, include_mathjax=False, full_html=True)
+def compass(disc: Disc) -> list[tuple[str, float, float, str, str]]:
+    """Azimuths around the cone: their names, where these stand, and which side of them is there, across and up."""
+    far = 1.03 * disc.edge
+    sides = (("left", "center"), ("center", "bottom"), ("right", "center"), ("center", "top"))
+    places = (("azimuth 0°", far, 0.0), ("90°", 0.0, far), ("180°", -far, 0.0), ("270°", 0.0, -far))
+    return [(*place, *side) for place, side in zip(places, sides, strict=True)]

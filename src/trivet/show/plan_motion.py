@@ -67,9 +67,8 @@ def add_motion(plan: Plan, page: Any) -> None:
     bodies = list(standing(plan, samples).values())
     still = [own[0] for own in bodies if len(own) == 1]
     for role in BODIES:
-        own = [shape for shape in still if shape.role == role]
-        if own:
-            page.add_trace(_mesh(own, role, in_legend=role in LEGEND), row=1, col=2)
+        if alike := [shape for shape in still if shape.role == role]:
+            page.add_trace(_mesh(alike, role, in_legend=role in LEGEND), row=1, col=2)
     if plan.rules.radius > 0:
         centre = np.array([float(c[0]) for c in plan.grid.path[:3]])
         page.add_trace(_mesh([shapes.ball("sphere", "workpiece", centre, plan.rules.radius)], "sphere"), row=1, col=2)
@@ -132,15 +131,21 @@ def _space(found: list[Shape]) -> dict[str, Any]:
     """Axes that hold the machine at all samples, equal in scale."""
     corners = 1e3 * np.concatenate([shape.rings.reshape(-1, 3) for shape in found])
     low, high = corners.min(axis=0), corners.max(axis=0)
-    look = {"backgroundcolor": "#F7F7F7", "gridcolor": "#D9D9D9", "showspikes": False, "showgrid": True, "showbackground": True}
+    look: dict[str, Any] = {
+        "backgroundcolor": "#F7F7F7",
+        "gridcolor": "#D9D9D9",
+        "showspikes": False,
+        "showgrid": True,
+        "showbackground": True,
+    }
     axes: dict[str, Any] = {
         f"{letter}axis": {"range": [float(low[k]), float(high[k])], "title": {"text": f"{letter}, mm"}, **look}
         for k, letter in enumerate("xyz")
     }
     ratio = _ZOOM * (high - low) / (high - low).max()
     ratios = dict(zip("xyz", ratio.tolist(), strict=True))
-    found = {**axes, "aspectmode": "manual", "aspectratio": ratios, "camera": _CAMERA, "uirevision": "kept"}
-    return {**found, "domain": {"x": [_LEFT, _LEFT + _WIDTH], "y": [_UP, 1.0]}}
+    look = {"aspectmode": "manual", "aspectratio": ratios, "camera": _CAMERA, "uirevision": "kept"}
+    return {**axes, **look, "domain": {"x": [_LEFT, _LEFT + _WIDTH], "y": [_UP, 1.0]}}
 
 
 def _controls(plan: Plan, samples: list[int]) -> dict[str, Any]:
