@@ -268,6 +268,7 @@ def test_cone_marks_its_edge_and_its_worst_direction(tmp_path: Path, drawn: list
     (legend,) = drawn[0].legends
     assert [text.get_text() for text in legend.get_texts()][:2] == ["edge of the cone", "level"]
     assert is_outside(legend, seen)
+    assert not legend.get_window_extent().overlaps(seen.get_tightbbox())
 
 
 def test_cone_is_worked_out_where_it_is_drawn() -> None:
@@ -289,6 +290,9 @@ def test_cone_is_worked_out_where_it_is_drawn() -> None:
 
 def test_sticks_end_at_the_platform(way: Plan) -> None:
     assert way.along is not None
-    *chains, platform = sticks(way.machine, some(frames_of(way.along.touch, way.rules.radius), 3), way.rules.signs)
+    pose = some(frames_of(way.along.touch, way.rules.radius), 3)
+    *chains, platform = sticks(way.machine, pose, way.rules.signs)
+    centre = 1e3 * np.array([float(c) for c in pose.origin])
+    np.testing.assert_allclose([np.linalg.norm(chain[-1] - centre) for chain in chains], 18.0)
     np.testing.assert_allclose(sorted(map(tuple, platform[:-1])), sorted(tuple(chain[-1]) for chain in chains))
     np.testing.assert_array_equal(platform[0], platform[-1])
