@@ -17,9 +17,10 @@ import trivet
 from trivet.reach.margins import side
 from trivet.show.cone import disc_of
 from trivet.show.figure import figure
-from trivet.show.plan import headings, map_of, marks, panels, places
+from trivet.show.plan import headings, map_of, marks, panels, places, value_label
 from trivet.show.plan_motion import MOST_FRAMES, samples_of, standing
 from trivet.show.sticks import sticks
+from trivet.study.aims import read_aims
 from trivet.study.pathfile import read_path
 from trivet.study.plan import Plan, plan_along, plans
 from trivet.study.roll_grid import frames_of, some
@@ -129,6 +130,24 @@ def test_worst_place_is_where_the_value_is_least() -> None:
     plan = trivet.plan("azulay", 0.004, 0.110, mode="++ ++ -+", aims=aims, step=STEP, rolls=ROLLS, proof=False)
     value = next(panel for panel in panels(plan) if panel.label == "value, –").values
     assert 0 < places(plan)["worst"] == value.argmin() < len(value) - 1
+
+
+def test_joints_without_limits_have_no_panel() -> None:
+    plan = trivet.plan("glozman", 0.004, 0.168, mode="++ -- +-", step=STEP, rolls=ROLLS, proof=False)
+    assert [panel.label.split(",")[0] for panel in panels(plan)] == ["sigma_min", "clearance"]
+
+
+@pytest.mark.parametrize(
+    ("aims", "label"),
+    [
+        (("sigma_min",), "sigma_min here, –"),
+        (("K_xx",), "K_xx here, N/m"),
+        (("K_rx",), "K_rx here, N m/rad"),
+        (("sigma_min=0.1", "K_xx=5 N/um"), "the least here of sigma_min / 0.1, K_xx / (5 N/µm)"),
+    ],
+)
+def test_values_have_units(way: Plan, aims: tuple[str, ...], label: str) -> None:
+    assert value_label(way.rules._replace(aims=read_aims(aims)), " here") == label
 
 
 def test_page_of_a_way_moves_the_machine_along_it(way: Plan, tmp_path: Path) -> None:
@@ -248,6 +267,7 @@ def test_path_is_told_by_its_poses_and_has_no_sphere(tmp_path: Path, drawn: list
     assert "3 poses" in layout["title"]["text"]
     figure(path, tmp_path / "path.png")
     assert drawn[0].axes[-2].get_xlabel() == "pose"
+    assert all(tick == round(tick) for tick in drawn[0].axes[-2].get_xticks())
 
 
 def test_cone_marks_its_edge_and_its_worst_direction(tmp_path: Path, drawn: list[Any]) -> None:

@@ -14,7 +14,7 @@ from trivet.reach.certificate import Demand
 from trivet.show.maps import check_suffix
 from trivet.show.palette import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILLION
 from trivet.study.plan import Plan, PlanStudy
-from trivet.study.roll_grid import Rules
+from trivet.study.roll_grid import Aim, Rules
 
 SERIES = (BLUE, ORANGE, GREEN, PURPLE, VERMILLION, BLACK)
 """Of several plans, the best first; the others are counted only."""
@@ -107,8 +107,19 @@ def value_label(rules: Rules, where: str = "") -> str:
     """What a value is, where, and its unit."""
     if len(rules.aims) == 1 and rules.aims[0].unit == 1:
         (aim,) = rules.aims
-        return f"{aim.name}{where}, {'–' if aim.scalar is None else 'SI'}"
-    return f"the least{where} of " + ", ".join(f"{aim.name} / {aim.unit:g}" for aim in rules.aims)
+        return f"{aim.name}{where}, {_unit(aim)}"
+    return f"the least{where} of " + ", ".join(f"{aim.name} / {_one(aim)}" for aim in rules.aims)
+
+
+def _unit(aim: Aim) -> str:
+    return "–" if aim.scalar is None else "N m/rad" if aim.scalar.is_rotational else "N/m"
+
+
+def _one(aim: Aim) -> str:
+    """What counts as one."""
+    if aim.scalar is None:
+        return f"{aim.unit:g}"
+    return f"({aim.unit:g} N m/rad)" if aim.scalar.is_rotational else f"({aim.unit / 1e6:g} N/µm)"
 
 
 def marks(plan: Plan) -> Any:
@@ -153,7 +164,8 @@ def panels(plan: Plan) -> Iterator[Panel]:
     demand = Demand(sigma_min=plan.rules.least_sigma) if plan.proof is None else plan.proof.demand
     said = "proven" if plan.is_safe else "demanded"
     yield Panel("sigma_min, –", plan.along.sigma_min, demand.sigma_min or np.nan, said, BLUE)
-    if plan.rules.limits and np.isfinite(plan.along.travel).all():
+    has_limits = plan.rules.limits and np.any(plan.along.travel != 1.0)  # of joints without limits all is left, everywhere
+    if has_limits and np.isfinite(plan.along.travel).all():
         yield Panel("travel left,\n% of half", 1e2 * plan.along.travel, 0.0, "end of travel", ORANGE)
     if plan.rules.scene is not None and np.isfinite(plan.along.clearance).all():
         said = f"{said}, {1e3 * plan.rules.gap:g} mm" if plan.rules.gap else "touching"

@@ -56,6 +56,8 @@ def write_picture(study: PlanStudy, path: Path) -> None:
         for panel, own in zip(rows, axes[1:], strict=True):
             _margin(panel, marks(plan), plan.worst, own)
     axes[-1].set_xlabel(rows_label(study))
+    if study.plans[0].grid.poses is not None:
+        axes[-1].xaxis.get_major_locator().set_params(integer=True)
     canvas.savefig(path, format="png", dpi=120)
 
 
