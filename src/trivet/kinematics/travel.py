@@ -8,10 +8,10 @@ from typing import Literal, NamedTuple
 import jax.numpy as jnp
 
 from trivet.kinematics.walk import Coordinate, Posture, walk
-from trivet.model import Leg
+from trivet.model import Leg, Machine
 from trivet.model.elements import Drivable, Element, Joint, Revolute, Socket
 from trivet.space.frame import Angle, Frame, about_z
-from trivet.space.scalar import Scalar
+from trivet.space.scalar import Scalar, cosine, sine
 
 
 class Gauge(NamedTuple):
@@ -72,13 +72,14 @@ def gauges_along(
             found.append(Gauge(element, coordinates[index], low, high))
         elif isinstance(element, Revolute) and element.measure == "elevation":
             follower = next(e.axis_of_body for e, _, _ in steps[index + 1 :] if e.axis_of_body is not None)
-            sine = element.advance(frame, steps[index][2]).direction(follower).z
-            found.append(Gauge(element, sine, low, high, "sine"))
+            rise = element.advance(frame, steps[index][2]).direction(follower).z
+            found.append(Gauge(element, rise, low, high, "sine"))
         else:
-            angle = element.number(coordinates[index])
-            # The turn nearest to the middle of the travel, so that a travel may lie across 180 degrees.
-            turns = jnp.round(((low + high) / 2 - angle) / (2 * math.pi))
-            found.append(Gauge(element, angle + 2 * math.pi * turns, low, high))
+            # Counted from the middle of the travel, so that the cut of the arc tangent lies opposite of it.
+            middle = (low + high) / 2
+            own, (cos, sin) = coordinates[index], (cosine(middle), sine(middle))
+            from_middle = jnp.arctan2(own.sin * cos - own.cos * sin, own.cos * cos + own.sin * sin)
+            found.append(Gauge(element, middle + from_middle, low, high))
     return found
 
 
@@ -100,6 +101,17 @@ def _socket(
         stem = frame.direction(along)
     scale: Literal["sine", "cosine"] = "sine" if neutral.measure == "elevation" else "cosine"
     return Gauge(joint, stem @ own.direction(neutral.axis), low, high, scale)
+
+
+def winding(machine: Machine) -> list[str]:
+    """Joints that may turn by more than once round: of these a pose alone does not tell how far they have turned."""
+    return [
+        f"{leg.name}.{element.name}"
+        for leg in machine.legs
+        for element in leg.chain.elements
+        if isinstance(element, Drivable) and element.is_angular and element.travel is not None
+        and float(element.travel[1]) - float(element.travel[0]) > 2 * math.pi * (1 + 1e-9)
+    ]  # fmt: skip
 
 
 def within(leg: Leg, posture: Posture, pose: Frame) -> Scalar:

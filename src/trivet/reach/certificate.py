@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from trivet.errors import InputError
 from trivet.kinematics.alike import alike
 from trivet.kinematics.jacobian import require_six_each
-from trivet.kinematics.travel import Gauge, gauges
+from trivet.kinematics.travel import Gauge, gauges, winding
 from trivet.model import Machine
 from trivet.reach.distance import Box, Capsule
 from trivet.reach.margins import all_distances, forces
@@ -41,7 +41,8 @@ SMALLEST = 1e-6
 OVERLAP = 1e-8
 """Of patches, in parts of themselves."""
 SPARE = 1e-12
-"""By how much the values at a middle, worked out in floating point, may be wrong: parts, and m."""
+"""By how much the values at a middle, worked out in floating point, may be wrong, and by how much cutting moves a middle off
+its patch: parts, and m."""
 
 
 class Patches(NamedTuple):
@@ -165,7 +166,15 @@ class Prover:
             demand: what.
             budget: patches to look at, at most.
             progress: called with the numbers of patches that have been looked at and that are left.
+
+        Raises:
+            InputError: for no patches, or limits of joints that may turn by more than once round.
         """
+        wound = winding(self.machine) if demand.travel > -np.inf else []
+        if wound:
+            raise InputError(f"{self.machine.name}: {', '.join(wound)} may turn beyond a turn, and proofs do not count turns")
+        if not patches.many:
+            raise InputError(f"{self.machine.name}: nothing to be proven, for there are no poses")
         looked, left = 0, patches
         least = np.full(3, np.inf)
         reasons: Array = np.zeros((0, 4), dtype=bool)
@@ -228,6 +237,8 @@ class Prover:
             is_smooth &= np.all(reach.middle > reach.radius, axis=0)
         for joint in jax.tree.leaves(joints, is_leaf=_is_ball):
             is_smooth &= np.all(np.isfinite(np.atleast_2d(joint.radius + joint.middle)), axis=0)
+            if joint.jumps is not None:
+                is_smooth &= ~np.any(np.atleast_2d(joint.jumps), axis=0)
         travel, at_travel = np.ones(PATCHES), np.ones(PATCHES)
         for gauge, (value, low, high) in zip(traced.gauges, travels, strict=True):
             gauge = gauge._replace(low=low.middle, high=high.middle)
@@ -301,7 +312,9 @@ def _traced(structure: Any, scene: Scene | None, edges: int) -> _Traced:
         shapes = []
         if scene is not None:
             found = placed(scene, machine, groups, stands, pose, workpiece)
-            places[:], shapes = [parts for parts, _ in found.values()], [own for _, own in found.values()]
+            watched = {part for pair in scene.pairs for part in pair}
+            kept_shapes = [(parts, own) for parts, own in found.values() if watched.intersection(parts)]
+            places[:], shapes = [parts for parts, _ in kept_shapes], [own for _, own in kept_shapes]
         joints = [jax.tree.leaves(stand.coordinates) for stand in stands]
         rows = forces(machine.legs_unnamed, machine.characteristic_length, pose, signs)
         return [stand.reach for stand in stands], joints, [(g.value, g.low, g.high) for g in limited], rows, shapes

@@ -169,12 +169,12 @@ def determinant(matrix: Array) -> Array:
 def _reduced(matrix: Array, right: Array) -> tuple[Array, Array]:
     """A^-1 B, of no meaning where A is singular, and det A; by Gauss and Jordan with the greatest pivot of each column."""
     size = len(matrix)
-    rows, product = jnp.concatenate([matrix, right], axis=1), jnp.ones(())
+    rows, determinant = jnp.concatenate([matrix, right], axis=1), jnp.ones(())
     for k in range(size):
         pivot = k + jnp.argmax(jnp.abs(rows[k:, k]))
         here, there = rows[k], rows[pivot]
         rows = rows.at[pivot].set(here)
-        product = product * jnp.where(pivot == k, 1.0, -1.0) * there[k]
+        determinant = determinant * jnp.where(pivot == k, 1.0, -1.0) * there[k]
         head = there / jnp.where(there[k] == 0, 1.0, there[k])  # a determinant of zero stays zero, and no NaN
         rows = (rows - rows[:, k, None] * head).at[k].set(head)
-    return rows[:, size:], product
+    return rows[:, size:], determinant

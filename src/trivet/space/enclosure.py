@@ -99,7 +99,7 @@ class Enclosure:
                     radius = np.where(whole.jumps, np.inf, radius)
                 values = np.where(np.isnan(whole.radius) | ~np.isfinite(point.middle), np.inf, whole.radius)
                 radius = np.fmin(_up(radius), values)
-                balls.append(Ball(point.middle, np.broadcast_to(radius, np.shape(point.middle))))
+                balls.append(Ball(point.middle, np.broadcast_to(radius, np.shape(point.middle)), whole.jumps))
             return jax.tree.unflatten(self._tree, balls)
 
 

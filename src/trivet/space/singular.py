@@ -5,6 +5,8 @@ from __future__ import annotations
 import jax
 import jax.numpy as jnp
 
+from trivet.space.scalar import Scalar
+
 BLOCK = 96
 """Matrices worked on at a time: they stay in the fastest cache of a core."""
 ENOUGH = 1e-14
@@ -13,17 +15,17 @@ STEPS = 60
 """At most; three do where the two smallest values differ, forty where three are equal."""
 
 
-def least_singular_values(matrices: jax.Array) -> jax.Array:
+def least_singular_values(matrices: Scalar) -> Scalar:
     """The smallest singular value (m,) of square matrices (n, n, m), n even; within a few roundings of the greatest one.
+    Squares of their elements must neither overflow nor vanish.
 
     Mirrors from either side leave two diagonals (G. Golub and W. Kahan, Calculating the singular values and pseudo-inverse of a
     matrix, SIAM J. Numer. Anal. 2, 1965), from which the square of the value is sought from below.
     """
-    found: jax.Array = jax.lax.platform_dependent(matrices, cpu=_block_by_block, default=_least)
-    return found
+    return jax.lax.platform_dependent(matrices, cpu=_block_by_block, default=_least)
 
 
-def _block_by_block(matrices: jax.Array) -> jax.Array:
+def _block_by_block(matrices: Scalar) -> Scalar:
     """As a processor's cores like it; accelerators take all matrices at once."""
     size, _, many = matrices.shape
     blocks = -(-many // BLOCK)
@@ -32,10 +34,10 @@ def _block_by_block(matrices: jax.Array) -> jax.Array:
     return jax.lax.map(_least, parts).reshape(blocks * BLOCK)[:many]
 
 
-def _least(matrix: jax.Array) -> jax.Array:
+def _least(matrix: Scalar) -> Scalar:
     """Of matrices worked on together."""
-    diagonal: list[jax.Array] = []
-    beside: list[jax.Array] = []
+    diagonal: list[Scalar] = []
+    beside: list[Scalar] = []
     while len(matrix) > 2:
         # Two rows and columns at a time: loops keep XLA from working out mirrors anew for each place that they are used in.
         empty = jnp.zeros((2, matrix.shape[2]))
@@ -49,7 +51,7 @@ def _least(matrix: jax.Array) -> jax.Array:
     return _from_below(diagonal, [*beside, product * product * per_length])
 
 
-def _mirrored(step: int, found: tuple[jax.Array, jax.Array, jax.Array]) -> tuple[jax.Array, jax.Array, jax.Array]:
+def _mirrored(step: int, found: tuple[Scalar, Scalar, Scalar]) -> tuple[Scalar, Scalar, Scalar]:
     """A matrix (n, n, m) with its first column mirrored onto its first element and its first row onto the second one, less
     both; what they became, squared, is put among what was found before."""
     matrix, diagonal, beside = found
@@ -61,7 +63,7 @@ def _mirrored(step: int, found: tuple[jax.Array, jax.Array, jax.Array]) -> tuple
     return jnp.pad(rest, ((0, 1), (0, 1), (0, 0))), diagonal.at[step].set(length), beside.at[step].set(next_to)
 
 
-def _mirror(vector: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
+def _mirror(vector: Scalar) -> tuple[Scalar, Scalar, Scalar]:
     """Squared length of vectors (n, m), the normal of the mirror that turns them onto the first axis, and 2 over its square."""
     square = (vector * vector).sum(axis=0)
     length = jnp.sqrt(square)
@@ -70,14 +72,14 @@ def _mirror(vector: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
     return square, jnp.concatenate([lead[None], vector[1:]]), jnp.where(half > 0, 1 / jnp.where(half > 0, half, 1.0), 0.0)
 
 
-def _from_below(diagonal: list[jax.Array], beside: list[jax.Array]) -> jax.Array:
+def _from_below(diagonal: list[Scalar], beside: list[Scalar]) -> Scalar:
     """The smallest singular value of matrices of two diagonals, whose squared elements are given."""
 
-    def is_moving(state: tuple[jax.Array, jax.Array, int]) -> jax.Array:
+    def is_moving(state: tuple[Scalar, Scalar, int]) -> Scalar:
         value, step, count = state
         return jnp.any(step > ENOUGH * value) & (count < STEPS)
 
-    def moved(state: tuple[jax.Array, jax.Array, int]) -> tuple[jax.Array, jax.Array, int]:
+    def moved(state: tuple[Scalar, Scalar, int]) -> tuple[Scalar, Scalar, int]:
         value, _, count = state
         step = _laguerre(diagonal, beside, value)
         return value + step, step, count + 1
@@ -87,7 +89,7 @@ def _from_below(diagonal: list[jax.Array], beside: list[jax.Array]) -> jax.Array
     return jnp.sqrt(square + 0 * diagonal[-1])  # NaN stays NaN
 
 
-def _laguerre(diagonal: list[jax.Array], beside: list[jax.Array], value: jax.Array) -> jax.Array:
+def _laguerre(diagonal: list[Scalar], beside: list[Scalar], value: Scalar) -> Scalar:
     """How far the least squared singular value is above a number below it: Laguerre's bound; 0 where rounding ends it.
 
     The bound asks the sums of 1/(s - value) and of their squares over all squared singular values s.  They come of the pivots

@@ -15,7 +15,7 @@ from trivet.kinematics.travel import gauges
 from trivet.reach.margins import nearest_bodies
 from trivet.reach.touch import Touch
 from trivet.space.batches import in_batches
-from trivet.study.roll_grid import SAMPLES, Aim, Along, Rules, frames_of, met
+from trivet.study.roll_grid import Aim, Along, Rules, frames_of, knots_at, met, sampled
 
 Array = NDArray[Any]
 
@@ -45,7 +45,8 @@ class Drives(NamedTuple):
     knots: Array
     """(k, drives) coordinates at the knots of the way, m or rad; angles go on without a jump from knot to knot."""
     rates: Array
-    """(n, drives) between samples: m or rad per rad that the platform turns; where it moves, its size counts as 1 rad."""
+    """(n, drives) between samples: m or rad per rad that the platform turns; along a path, where it moves farther than it
+    turns, a move by the machine's size counts as 1 rad."""
     rows: Array
     """(n,) where that is, along the rows of the grid."""
     size: float
@@ -88,9 +89,7 @@ def governing(values: dict[Aim, float]) -> Aim:
 
 def drives_along(rules: Rules, knots: Touch, places: Array, step: float) -> Drives:
     """How the drives move straight on through knots (k,), at places (k,) along rows; `step` as for `roll_grid.along`."""
-    steps = np.abs(np.diff(np.stack(knots), axis=1)).max(axis=0) / step
-    ends = np.append(0, np.cumsum(np.maximum(np.ceil(SAMPLES * steps), SAMPLES))).astype(int)
-    parts = np.interp(np.arange(ends[-1] + 1), ends, np.arange(len(ends)))
+    parts, ends = sampled(rules, knots, step)
     beside = BESIDE * np.diff(parts) / 2
     middles = (parts[1:] + parts[:-1]) / 2
     driven = actuators(rules.machine)
@@ -99,7 +98,7 @@ def drives_along(rules: Rules, knots: Touch, places: Array, step: float) -> Driv
     is_angular: Array = np.array([joint.is_angular for _, joint in driven])
 
     def at(parts: Array) -> tuple[Array, Any]:
-        poses = frames_of(Touch(*(np.interp(parts, np.arange(len(ends)), c) for c in knots)), rules.radius)
+        poses = frames_of(knots_at(knots, parts), rules.radius)
         states = in_batches(lambda part: joint_states(rules.machine, part, rules.signs), poses)
         return states.coordinate[:, which], poses
 
@@ -107,9 +106,11 @@ def drives_along(rules: Rules, knots: Touch, places: Array, step: float) -> Driv
     change = after - before
     change[:, is_angular] = np.angle(np.exp(1j * change[:, is_angular]))
     size = float(rules.machine.characteristic_length)
-    moved = np.linalg.norm(np.subtract(second.origin, first.origin), axis=0) / size
     turned = np.linalg.norm([np.subtract(b, a) for a, b in zip(first[1:], second[1:], strict=True)], axis=(0, 1)) / math.sqrt(2)
-    by = np.maximum(moved, turned)[:, None]
+    by = turned
+    if not rules.radius:  # along a path the platform may move without turning
+        by = np.maximum(by, np.linalg.norm(np.subtract(second.origin, first.origin), axis=0) / size)
+    by = by[:, None]
     rates = np.divide(change, by, out=np.zeros_like(change), where=by > 1e-12)  # where nothing moves, no drive does
     coordinates, _ = at(parts)
     coordinates[:, is_angular] = np.unwrap(coordinates[:, is_angular], axis=0)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Variables = dict[str, tuple[Any, ...]]
+RATE = "per rad that the platform turns; on a path per move by the machine's size, where that is more"
 
 
 def plan_datasets(study: PlanStudy) -> dict[str, xr.Dataset]:
@@ -43,7 +44,12 @@ def _plan(plan: Plan) -> xr.Dataset:
         variables |= _met("sample_", ("sample",), plan.rules, plan.along)
         variables |= {
             "knot_drive": (("knot", "drive"), drives.knots, "m or rad", f"coordinates of the drives at the knots; {each}"),
-            "drive_rate": (("between", "drive"), drives.rates, "m/rad or rad/rad", "per rad that the platform turns"),
+            "drive_rate": (
+                ("between", "drive"),
+                drives.rates,
+                "m/rad or rad/rad",
+                RATE,
+            ),
             "drive_rate_row": (("between",), drives.rows, "1", "where that is, along the rows of the grid from 0"),
             "drive_unit": (("drive",), np.where(drives.is_angular, "rad", "m").astype(object), "1", "of its coordinate"),
         }

@@ -10,6 +10,7 @@ from typing import TypedDict
 from trivet.errors import InputError
 from trivet.kinematics.jacobian import require_six_each
 from trivet.kinematics.mode import closed_form_signs
+from trivet.kinematics.travel import winding
 from trivet.reach.certificate import Demand, Patches, Proof, Prover
 from trivet.reach.neutral import Reference, with_neutral
 from trivet.reach.scene import scene_of
@@ -54,6 +55,12 @@ class Requirements:
         chosen = with_neutral(choose(machine), self.neutral, self.mode)
         signs = closed_form_signs(chosen, self.mode)
         require_six_each(chosen)
+        wound = winding(chosen) if self.limits else []
+        if wound:
+            raise InputError(
+                f"{chosen.name}: {', '.join(wound)} may turn beyond a turn, and plans do not count turns; give a travel of 360 "
+                "deg at most or none, or leave limits aside"
+            )
         scene = scene_of(chosen, with_workpiece=False) if self.bodies else None
         return Rules(chosen, signs, scene, None, 0.0, self.limits, read_aims(self.aims), self.sigma or 0.0)
 

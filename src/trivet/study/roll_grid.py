@@ -43,9 +43,9 @@ class Aim(NamedTuple):
     """A value that is to be great at the worst place of a way."""
 
     name: str
-    """"sigma_min", "travel" (the least margin of all joints), or an objective of the stiffness."""
+    """"sigma_min", or an objective of the stiffness."""
     scalar: Objective | None
-    """Of the stiffness; None for the others."""
+    """Of the stiffness; None for sigma_min."""
     unit: float
     """What counts as one, SI; of several aims the worst value over its unit decides."""
 
@@ -193,7 +193,7 @@ def _worth(rules: Rules, poses: Frame, sigma: Array) -> Array:
     """The least of all aims, each over its unit; minus infinity where one of them is not known."""
     least = np.full(len(sigma), np.inf)
     for aim in rules.aims:
-        own = travel_margin(rules.machine, poses, rules.signs) if aim.name == "travel" else sigma
+        own = sigma
         if aim.scalar is not None:
             mechanism = jax.tree.map(jnp.asarray, rules.machine.mechanism)
             own = in_batches(partial(_stiffness, mechanism, signs=rules.signs, scalar=aim.scalar), poses)
@@ -284,12 +284,26 @@ def straightened(rows: Array, columns: Array, allowance: float) -> Array:
 
 
 def along(rules: Rules, knots: Touch, rows: Array, step: float) -> Along:
-    """What is met along straight pieces through knots (k,), at places along rows (k,), in steps of half of `step` (rad, m)."""
-    steps = np.abs(np.diff(np.stack(knots), axis=1)).max(axis=0) / step
-    counts = np.maximum(np.ceil(SAMPLES * steps), SAMPLES).astype(int)
-    parts = np.append(np.concatenate([k + np.arange(count) / count for k, count in enumerate(counts)]), len(counts))
-    samples = Touch(*(np.interp(parts, np.arange(len(c)), c) for c in knots))
-    return met(rules, samples, np.interp(parts, np.arange(len(rows)), rows))
+    """What is met along straight pieces through knots (k,), at places along rows (k,); `step` as for `sampled`."""
+    parts, _ = sampled(rules, knots, step)
+    return met(rules, knots_at(knots, parts), np.interp(parts, np.arange(len(rows)), rows))
+
+
+def sampled(rules: Rules, knots: Touch, step: float) -> tuple[Array, Array]:
+    """Where samples are along straight pieces through knots (k,), counted in these, and which samples the knots are.
+
+    Two lie in every turn by `step` (rad), and in every move by that part of the machine's size.
+    """
+    change = np.abs(np.diff(np.stack(knots), axis=1))
+    change[:3] /= float(rules.machine.characteristic_length)
+    counts = np.maximum(np.ceil(SAMPLES * change.max(axis=0) / step), SAMPLES).astype(int)
+    ends = np.append(0, np.cumsum(counts))
+    return np.interp(np.arange(ends[-1] + 1), ends, np.arange(len(ends))), ends
+
+
+def knots_at(knots: Touch, parts: Array) -> Touch:
+    """Poses (n,) between knots, at places counted in these."""
+    return Touch(*(np.interp(parts, np.arange(len(c)), c) for c in knots))
 
 
 def met(rules: Rules, samples: Touch, rows: Array) -> Along:
