@@ -294,7 +294,8 @@ def test_a_plan_in_words(trivet: Any) -> None:
     assert code == 0
     assert "PROVEN between these poses too" in out
     assert re.search(
-        r"travel left 10\.\d % \(leg-3\.slide at tilt 0 deg\), clearance 2\.1\d mm \(leg-\d\.link and leg-\d\.link", out
+        r"10\.\d % of half the travel left \(leg-3\.slide at tilt 0 deg\), clearance 2\.1\d mm \(leg-\d\.link and leg-\d\.link",
+        out,
     )
     assert re.search(r"fastest of the drives is leg-3\.slide: 0\.3\d+ mm per degree that the platform turns, at tilt 7", out)
     code, out, _ = trivet("plan", "azulay", "--step", "3 deg", "--rolls", "60")
@@ -314,8 +315,8 @@ def test_what_is_met_stands_beside_a_proof_that_fails(
     assert found == code
     assert out.count(verdict) == 1
     assert re.search(
-        r"along the way sigma_min is at least 0\.47\d+, .*\n.*\n" + verdict + r".*\n.*; at its middle sigma_min 0\.\d+, "
-        r"travel left \d+\.\d %, clearance \d+\.\d\d mm", out
+        r"least at samples: sigma_min 0\.47\d+, .*\n.*\n" + verdict + r".*\n.*; at its middle sigma_min 0\.\d+, "
+        r"\d+\.\d % of half the travel left, clearance \d+\.\d\d mm", out
     )  # fmt: skip
     found, out, _ = trivet(*COARSE, "--json")
     assert found == code
@@ -533,7 +534,7 @@ def test_starts_and_ends_that_are_not_reached_are_named() -> None:
     assert "is above its limit" in low.stopped_by or "is below its limit" in low.stopped_by
     touching = plan("azulay", 0.004, 0.11, mode="-- -- --", limits=False, step=math.radians(5), rolls=36)
     assert touching.stopped_by.startswith("at the start leg-")
-    assert "mm apart" in touching.stopped_by
+    assert "overlap by" in touching.stopped_by
     lacking = plan("azulay", 0.004, 0.11, mode="++ ++ -+", sigma=0.9, step=math.radians(5), rolls=36)
     assert "sigma_min is 0.4" in lacking.stopped_by
     assert "0.9 is demanded" in lacking.stopped_by

@@ -47,11 +47,8 @@ class Change:
     """Both values with their unit, as the machine file writes them."""
     option: tuple[str, str]
     """The option of the command that makes the change, and its value."""
-
-    @property
-    def part(self) -> float:
-        """How great the change is, in parts of the dimension; infinite where that is zero."""
-        return abs(self.needed / self.now - 1) if self.now else math.inf
+    part: float
+    """How great the change is: in parts of the dimension, of an end of travel in parts of the travel."""
 
 
 def advice(plan: Plan, machine: Machine | None = None) -> tuple[Change, ...]:
@@ -81,7 +78,7 @@ def advice(plan: Plan, machine: Machine | None = None) -> tuple[Change, ...]:
         if wish.size <= LARGEST and wish.place.name in known and _may_be(plan, wish):
             least.setdefault(wish.place.name, wish)
     changes = [_tried(plan, wish) for wish in list(least.values())[:TRIED]]
-    return tuple(sorted(changes, key=lambda change: not change.passes))
+    return tuple(sorted(changes, key=lambda change: (not change.passes, change.part)))
 
 
 class _Place(NamedTuple):
@@ -139,8 +136,13 @@ class _Wish(NamedTuple):
     now: float
     wanted: float
     """To first order, SI."""
-    size: float
-    """How great the change is: in parts of the dimension, or of what counts as great where that is zero."""
+    great: float
+    """A change by which counts as one, SI: the dimension itself, or its travel of an end of travel."""
+
+    @property
+    def size(self) -> float:
+        """How great the change is."""
+        return abs(self.wanted - self.now) / self.great
 
     def at(self, part: float) -> float:
         """The value with some part of the change, as it is written."""
@@ -170,8 +172,16 @@ def _wishes(plan: Plan, margins: tuple[Margin, ...]) -> Iterator[_Wish]:
         places.append((_Place(HEIGHT), float(worst.z[0]), by_rise))
     for place, value, slope in places:
         if slope and math.isfinite(slope):
-            great = abs(value) or (1.0 if place.unit == "deg" else float(plan.machine.characteristic_length))
-            yield _Wish(place, mends, value, value + lacking / slope, abs(lacking / slope) / great)
+            yield _Wish(place, mends, value, value + lacking / slope, _great(plan.machine, place, value, now))
+
+
+def _great(machine: Machine, place: _Place, value: float, now: dict[str, Any]) -> float:
+    """A change of a dimension that counts as one, SI."""
+    if place.entry is not None:  # one of several: the ends of a travel
+        row = place.name.rpartition(".")[0]
+        ends = [float(own) for name, own in now.items() if name.rpartition(".")[0] == row]
+        return max(ends) - min(ends)
+    return abs(value) or (1.0 if place.unit == "deg" else float(machine.characteristic_length))
 
 
 def _tried(plan: Plan, wish: _Wish) -> Change:
@@ -186,7 +196,8 @@ def _tried(plan: Plan, wish: _Wish) -> Change:
             break
         low = high
     place, written = wish.place, (wish.place.text(wish.now), wish.place.text(needed))
-    return Change(place.name, wish.now, needed, passes, wish.mends, written, place.option(plan.machine, needed))
+    part = abs(needed - wish.now) / wish.great
+    return Change(place.name, wish.now, needed, passes, wish.mends, written, place.option(plan.machine, needed), part)
 
 
 def _may_be(plan: Plan, wish: _Wish) -> bool:

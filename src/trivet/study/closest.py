@@ -63,17 +63,23 @@ class Drives(NamedTuple):
 def closest(rules: Rules, samples: Along) -> Closest:
     """What samples come closest to."""
     tight, near = int(samples.travel.argmin()), int(samples.clearance.argmin())
-    pose = frames_of(_one(samples, tight), rules.radius)
+    joint, _ = tightest(rules, _one(samples, tight))
+    bodies = ("", "")
+    if rules.scene is not None:
+        there = frames_of(_one(samples, near), rules.radius)
+        (bodies,), _ = nearest_bodies(rules.machine, rules.scene, there, rules.signs, rules.workpiece)
+    return Closest(joint, tight, bodies, near)
+
+
+def tightest(rules: Rules, touch: Touch) -> tuple[str, float]:
+    """The joint that has least travel left at a pose (1,), in parts of half its travel; no name and 1 where none is limited."""
+    pose = frames_of(touch, rules.radius)
     margins = {
         f"{leg.name}.{gauge.joint.name}": float(np.asarray(gauge.margin).min())
         for leg, signs in zip(rules.machine.legs, rules.signs, strict=True)
         for gauge in gauges(leg, inverse(leg, pose, signs), pose)
     }
-    bodies = ("", "")
-    if rules.scene is not None:
-        there = frames_of(_one(samples, near), rules.radius)
-        (bodies,), _ = nearest_bodies(rules.machine, rules.scene, there, rules.signs, rules.workpiece)
-    return Closest(min(margins, key=margins.__getitem__, default=""), tight, bodies, near)
+    return min(margins.items(), key=lambda item: item[1], default=("", 1.0))
 
 
 def aims_at(rules: Rules, samples: Along, sample: int) -> dict[Aim, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -20,7 +21,7 @@ from trivet.reach.neutral import Reference, with_neutral
 from trivet.reach.touch import Touch
 from trivet.study.closest import Closest, Drives, closest, drives_along
 from trivet.study.machines import MachineLike, choose
-from trivet.study.pathfile import PathFile
+from trivet.study.pathfile import PathFile, read_path
 from trivet.study.requirements import LARGEST_GRID, Requirements, Settings, on_sphere, verdict
 from trivet.study.roll_grid import Along, Field, RollGrid, Rules, along, best_way, field_of, refined, simplified
 from trivet.study.stops import stop
@@ -203,7 +204,7 @@ def plan(
 
 def plan_along(
     machine: MachineLike,
-    path: PathFile,
+    path: PathFile | str | os.PathLike[str],
     *,
     start_roll: float | None = None,
     step: float = STEP,
@@ -218,7 +219,7 @@ def plan_along(
 
     Args:
         machine, rolls, progress, settings: as for `plan`.
-        path: the poses; how fast it is run through does not matter here.
+        path: the poses, or their file; how fast it is run through does not matter here.
         start_roll: alpha + gamma at the first pose, rad; any when not given.
         step: greatest turn from row to row of the first grid, rad; and greatest move, in parts of the machine's size.
 
@@ -228,7 +229,8 @@ def plan_along(
     _check(math.pi, step, rolls)
     wanted = Requirements(**settings)
     rules = wanted.rules(machine)
-    grid = _grid_along(path, start_roll or 0.0, step, rolls, float(rules.machine.characteristic_length))
+    poses = path if isinstance(path, PathFile) else read_path(path)
+    grid = _grid_along(poses, start_roll or 0.0, step, rolls, float(rules.machine.characteristic_length))
     return _planned(rules, grid, wanted, start_roll is None, progress)
 
 

@@ -13,6 +13,7 @@ from trivet.reach.margins import control, nearest_bodies, travel_margin
 from trivet.reach.touch import Touch
 from trivet.space.batches import in_batches
 from trivet.study.aims import SIGMA
+from trivet.study.closest import tightest
 from trivet.study.requirements import BUDGET, demand_of, prover_of
 from trivet.study.roll_grid import (
     RESERVE_GAP,
@@ -126,9 +127,16 @@ def _worst(rules: Rules, touch: Touch) -> str:
         nearest = int(gaps.argmin())
         if gaps[nearest] <= rules.gap + RESERVE_GAP and not (rules.limits and travel[k] <= RESERVE_TRAVEL):
             pair = f"{names[nearest][0]} and {names[nearest][1]}"
-            return f"{pair} are {gaps[nearest] * 1e3:.3g} mm apart ({degrees_of(touch, nearest)})"
+            gap = (
+                f"overlap by {-gaps[nearest] * 1e3:.3g} mm" if gaps[nearest] < 0 else f"are {gaps[nearest] * 1e3:.3g} mm apart"
+            )
+            return f"{pair} {gap} ({degrees_of(touch, nearest)})"
     if rules.limits and travel[k] <= RESERVE_TRAVEL:
-        return f"less is left of a joint's travel than a plan keeps in hand ({degrees_of(touch, k)})"
+        joint, left = tightest(rules, Touch(*(c[[k]] for c in touch)))
+        return (
+            f"{joint} has {1e2 * left:.2g} % of half its travel left, and a plan keeps {1e2 * RESERVE_TRAVEL:g} % in hand "
+            f"({degrees_of(touch, k)})"
+        )
     sigma = control(rules.machine, poses, rules.signs).sigma_min
     k = int(sigma.argmin())
     return f"sigma_min is {sigma[k]:.3g}, {rules.least_sigma:g} is demanded ({degrees_of(touch, k)})"

@@ -44,7 +44,7 @@ def run(
         typer.Option("--mode", help="Working mode, as in '++ +- ++', or all; the machine's own by default. May be repeated."),
     ] = None,
     start_roll: Annotated[
-        str | None, typer.Option("--roll", help="alpha + gamma at zero tilt; any roll that serves by default.")
+        str | None, typer.Option("--roll", help="azimuth + roll at zero tilt; any roll that serves by default.")
     ] = None,
     objectives: Annotated[
         list[str] | None,

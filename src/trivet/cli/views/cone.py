@@ -42,7 +42,9 @@ def tables(plan: ConePlan) -> Iterator[Any]:
         return
     yield f"{_met(plan, plan.samples)}\n{proof_words(plan.rules, plan.proof)}"
     tilts = np.unique(np.linspace(0, plan.knots.tilt.shape[1] - 1, 6).astype(int))
-    found = table("alpha + roll, °", "azimuth °", *(f"tilt {math.degrees(plan.knots.tilt[0, k]):.4g}°" for k in tilts), left=0)
+    found = table(
+        "azimuth + roll, °", "azimuth °", *(f"tilt {math.degrees(plan.knots.tilt[0, k]):.4g}°" for k in tilts), left=0
+    )
     for row in range(0, len(plan.knots.azimuth) - 1, max(1, (len(plan.knots.azimuth) - 1) // SHOWN)):
         azimuth = plan.knots.azimuth[row, 0]
         found.add_row(f"{math.degrees(azimuth):g}", *(f"{math.degrees(azimuth + plan.knots.roll[row, k]):.4g}" for k in tilts))

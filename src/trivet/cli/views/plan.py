@@ -50,7 +50,7 @@ def _advice(changes: tuple[Change, ...]) -> Any:
         "one change each, the smallest first", "dimension", "now", "needed", "change", "mends", "a way then", "option", left=1
     )
     for change in changes:
-        part = f"{100 * change.part:.1f} %" if math.isfinite(change.part) else "–"
+        part = f"{100 * change.part:.1f} %"
         then = "yes" if change.passes else "not with that alone"
         found.add_row(change.dimension, *change.written, part, change.mends, then, shlex.join(change.option))
     found.columns[-1].justify = "left"
@@ -73,9 +73,11 @@ def _one(plan: Plan) -> Iterator[Any]:
         yield rules_words(plan.rules)
         return
     yield f"{_met(plan)}\n{proof_words(plan.rules, plan.proof)}"
-    found = table("the way", "at", "azimuth °", "tilt °", "roll °")
-    for place, *angles in list(zip(plan.places, *plan.knots[3:], strict=True))[:SHOWN]:
-        found.add_row(plan.grid.mark(place), *(f"{math.degrees(angle):.3f}" for angle in angles))
+    is_path = plan.grid.poses is not None
+    found = table("the way", "at", *(["x mm", "y mm", "z mm"] * is_path), "azimuth °", "tilt °", "roll °")
+    for place, *knot in list(zip(plan.places, *plan.knots, strict=True))[:SHOWN]:
+        where = [f"{c * 1e3:.3f}" for c in knot[:3]] * is_path
+        found.add_row(plan.grid.mark(place), *where, *(f"{math.degrees(angle):.3f}" for angle in knot[3:]))
     if len(plan.places) > SHOWN:
         found.add_row(f"and {len(plan.places) - SHOWN} more with --json")
     yield found
@@ -90,14 +92,14 @@ def _met(plan: Plan) -> str:
     assert plan.drives is not None
     roll = math.degrees(samples.touch.roll[plan.worst])
     left = [
-        f"sigma_min is at least {plan.sigma_min:.4f}",
+        f"sigma_min {plan.sigma_min:.4f}",
         travel_words(plan.travel, close.joint, plan.grid.mark(samples.rows[close.joint_at])),
         clearance_words(plan.clearance, close.bodies, plan.grid.mark(samples.rows[close.bodies_at])),
     ]
     return "\n".join([
         f"{value_words(plan.rules, samples, plan.worst)} at {plan.grid.mark(samples.rows[plan.worst])}, roll {roll:.2f}°; "
         f"on the first grid {plan.bottleneck:.6g}",
-        f"along the way {', '.join(part for part in left if part)}"
+        f"least at samples: {', '.join(part for part in left if part)}"
         + ("" if plan.is_steady else "; the way goes back along the path on the first grid"),
         _drives(plan, plan.drives),
     ])  # fmt: skip

@@ -49,8 +49,8 @@ def _columns(groups: list[list[Plan]]) -> dict[str, list[str]]:
         "gets to": [_end(plan) for plan in first],
         value: [_value(plan) for plan in first],
         "sigma_min": [f"{plan.sigma_min:.4f}" if plan.is_possible else "–" for plan in first],
-        "travel %": [travel_number(plan.travel) for plan in first],
-        "clearance mm": [gap_number(plan.clearance) for plan in first],
+        "travel left, % of half": [_from_to([travel_number(plan.travel) for plan in group]) for group in groups],
+        "clearance mm": [_from_to([gap_number(plan.clearance) for plan in group]) for group in groups],
         "worst at": ["–" if p.along is None else p.grid.mark(p.along.rows[p.worst]) for p in first],
         "free all along": [plan.verdict if plan.is_possible else "–" for plan in first],
         "stopped": [plan.stopped_by for plan in first],
@@ -65,6 +65,12 @@ def _modes(group: list[Plan]) -> str:
     modes = [plan.mode for plan in group]
     shown = max(1, next((n for n in range(len(modes), 0, -1) if len(", ".join(modes[:n])) <= WIDTH), 1))
     return ", ".join(modes[:shown]) + (f" and {len(modes) - shown} more" if shown < len(modes) else "")
+
+
+def _from_to(numbers: list[str]) -> str:
+    """What cases that are alike have of something that may differ: equal ways are told apart by it."""
+    told = sorted({number for number in numbers if number != "–"}, key=float)
+    return "–" if not told else told[0] if len(told) == 1 else f"{told[0]} to {told[-1]}"
 
 
 def _end(plan: Plan) -> str:

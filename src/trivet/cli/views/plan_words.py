@@ -36,7 +36,7 @@ def travel_words(travel: float, joint: str, where: str) -> str:
     """The least travel left, and of which joint."""
     if not joint:
         return "no joint has limits"
-    return f"travel left {travel_number(travel)} % ({joint} at {where})"
+    return f"{travel_number(travel)} % of half the travel left ({joint} at {where})"
 
 
 def clearance_words(gap: float, bodies: tuple[str, str], where: str) -> str:
@@ -60,16 +60,26 @@ def proof_words(rules: Rules, proof: Proof | None) -> str:
         return "not proven: no proof was asked for"
     told = _demand(proof.demand)
     if proof.is_proven:
-        return f"PROVEN between these poses too: {told} ({proof.patches} pieces looked at)"
+        return f"PROVEN between these poses too: {told}; in fact {_bounds(proof)} at least ({proof.patches} pieces looked at)"
     there, size = _middle(proof), math.degrees(float(proof.open.size[proof.smallest]))
     found = _met(rules, there)
-    values = [f"sigma_min {found.sigma_min[0]:.4g}", f"travel left {travel_number(found.travel[0])} %"]
+    values = [f"sigma_min {found.sigma_min[0]:.4g}", f"{travel_number(found.travel[0])} % of half the travel left"]
     values += [f"clearance {gap_number(found.clearance[0])} mm"] if rules.scene is not None else []
     where = f"tilt {math.degrees(there.tilt[0]):.4f}°, roll {math.degrees(there.roll[0]):.4f}°, {size:.2g}° wide"
     return (
         f"{'REFUTED' if proof.is_refuted else 'NOT proven'} between these poses: {told} ({proof.patches} pieces looked at)\n"
         f"open is {proof.reason} about {where}; at its middle {', '.join(values)}"
     )
+
+
+def _bounds(proof: Proof) -> str:
+    """What has come out as proven, more than was asked for."""
+    parts = [f"sigma_min {proof.least.sigma_min:.4g}"]
+    if math.isfinite(proof.demand.travel) and travel_number(proof.least.travel) != "–":
+        parts.append(f"{travel_number(proof.least.travel)} % of half the travel left")
+    if proof.least.clearance is not None and math.isfinite(proof.least.clearance):
+        parts.append(f"clearance {gap_number(proof.least.clearance)} mm")
+    return ", ".join(parts)
 
 
 def _middle(proof: Proof) -> Touch:
