@@ -183,9 +183,10 @@ def field_of(rules: Rules, grid: RollGrid, mask: Array | None = None) -> Field:
         rows, columns, poses = rows[good], columns[good], some(poses, good)
     if len(rows):
         found = control(rules.machine, poses, rules.signs)
-        good = (found.side != 0) & (found.sigma_min >= rules.least_sigma)
-        value[rows, columns] = np.where(good, _worth(rules, poses, found.sigma_min), -np.inf)
-        side[rows, columns] = np.where(np.isfinite(value[rows, columns]), found.side, 0.0)
+        worth = _worth(rules, poses, found.sigma_min)
+        good = (found.side != 0) & (found.sigma_min >= rules.least_sigma) & np.isfinite(worth)
+        value[rows, columns] = np.where(good, worth, -np.inf)
+        side[rows, columns] = np.where(good, found.side, 0.0)
     return Field(value, side)
 
 
@@ -214,16 +215,15 @@ def best_way(field: Field, start: Array, *, all_round: bool) -> tuple[Way | None
     """
     end = np.zeros(field.value.shape, dtype=bool)
     end[-1] = True
-    best: tuple[Way | None, int, float] = (None, -1, 1.0)
+    found = []
     for side in (-1.0, 1.0):
-        values = np.where(field.side == side, field.value, -np.inf)
-        way = widest(values, start, end, all_round=all_round)
-        row = farthest(np.isfinite(values), start, all_round=all_round)
-        if way is None:
-            best = (None, row, side) if best[0] is None and row > best[1] else best
-        elif best[0] is None or way.value > best[0].value:
-            best = way, row, side
-    return best
+        way = widest(np.where(field.side == side, field.value, -np.inf), start, end, all_round=all_round)
+        if way is not None:
+            found.append((way, len(end) - 1, side))
+    if found:
+        return max(found, key=lambda one: one[0].value)
+    row, side = max((farthest(field.side == side, start, all_round=all_round), -side) for side in (-1.0, 1.0))
+    return None, row, -side
 
 
 def refined(
