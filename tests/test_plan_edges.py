@@ -16,8 +16,9 @@ from trivet.model import load
 from trivet.reach.certificate import Demand, Patches, Prover
 from trivet.reach.touch import Touch
 from trivet.space.batches import in_batches
+from trivet.study import roll_grid
 from trivet.study.pathfile import PathFile, PathPose
-from trivet.study.plan import Plan, plan_along
+from trivet.study.plan import Plan, plan_along, plans
 from trivet.study.roll_grid import frames_of
 
 COARSE: dict[str, Any] = {"step": math.radians(3), "rolls": 60}
@@ -75,21 +76,32 @@ def test_nothing_is_not_proven() -> None:
         prover.prove(Patches.along(np.zeros((6, 1))), Demand(), 1000)
 
 
-def test_bodies_that_may_touch_all_others_are_not_asked_for_bounds(tmp_path: Path) -> None:
-    """A mesh has no bounds, and here it needs none."""
+@pytest.mark.parametrize("is_watched", [False, True])
+def test_meshes_are_asked_for_bounds_only_where_they_must_stay_apart(is_watched: bool, tmp_path: Path) -> None:
+    """A mesh has no bounds; where it may touch all others it needs none."""
     facets = "".join(
         "facet normal 0 0 0\nouter loop\n" + "".join(f"vertex {x} {y} {z}\n" for x, y, z in corners) + "endloop\nendfacet\n"
         for corners in TETRAHEDRON
     )
     (tmp_path / "table.stl").write_text(f"solid x\n{facets}endsolid x\n")
+    touching = '[["table", "leg.slide"], ["table", "leg.link"], ["table", "platform"]]'
     text = (
         'variant_of = "azulay"\n[about]\nname = "m"\n[set]\n'
         '"fixtures.table" = [{ shape = "mesh", file = "table.stl", unit = "mm" }]\n'
-        '"interference.may_touch" = [["table", "leg.slide"], ["table", "leg.link"], ["table", "platform"]]\n'
+        f'"interference.may_touch" = {touching if not is_watched else "[]"}\n'
     )
     (tmp_path / "m.toml").write_text(text)
-    plan = trivet.plan(str(tmp_path / "m.toml"), 0.004, 0.110, mode="++ ++ -+", to=math.radians(10), **COARSE)
-    assert plan.is_safe
+
+    def asked(proof: bool) -> Plan:
+        settings = {"mode": "++ ++ -+", "to": math.radians(10), "proof": proof}
+        return trivet.plan(str(tmp_path / "m.toml"), 0.004, 0.110, **settings, **COARSE)
+
+    if is_watched:
+        with pytest.raises(trivet.InputError, match=r"bodies with meshes have no proofs; ask for none \(--no-proof\)"):
+            asked(True)
+        assert asked(False).verdict == "no proof asked for"
+    else:
+        assert asked(True).is_safe
 
 
 def fastest_by_hand(plan: Plan) -> float:
@@ -127,3 +139,59 @@ def test_frames_that_are_proven_are_those_that_are_sampled() -> None:
     for one, two in zip(touch.frame(0.004), frames_of(touch, 0.004), strict=True):
         for a, b in zip(one, two, strict=True):
             np.testing.assert_allclose(a, b, atol=1e-15)
+
+
+def test_the_start_that_is_asked_for_is_the_one_told_of() -> None:
+    """Other rolls may be allowed there."""
+    plan = trivet.plan("gough-stewart", start_roll=math.pi, step=math.radians(10), rolls=24, proof=False)
+    assert plan.stopped_by.startswith("at the start ")
+    assert "roll 180 deg" in plan.stopped_by
+    assert "demanded" not in plan.stopped_by
+
+
+def test_a_refined_grid_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A way that goes round and round would need a grid as wide as all its turns."""
+    settings: dict[str, Any] = {"mode": "++ ++ -+", "proof": False, **COARSE}
+    monkeypatch.setattr(roll_grid, "LARGEST_GRID", 2000)
+    looked: list[int] = []
+    field_of = roll_grid.field_of
+
+    def counting(rules: Any, grid: Any, mask: Any = None) -> Any:
+        looked.append(math.prod(grid.shape) if mask is not None else 0)
+        return field_of(rules, grid, mask)
+
+    monkeypatch.setattr(roll_grid, "field_of", counting)
+    assert trivet.plan("azulay", 0.004, 0.110, **settings).is_possible
+    assert max(looked) <= 2000
+
+
+def test_small_tilts_need_no_step_of_their_own() -> None:
+    assert trivet.plan("azulay", to=math.radians(0.5), rolls=24, proof=False).is_possible
+    assert trivet.cone("azulay", math.radians(1.0), rolls=24, proof=False).is_possible
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--cone", "20 deg", "--path", "nosuch.toml"), "--cone: takes all directions; no --to, --azimuth, --path"),
+        (("--mode", "all", "--mode", "++ ++ ++"), "--mode: all is all of them"),
+        (("--sigma", "inf"), "above zero and finite"),
+        (("--objective", "K_xx=5"), "unit"),
+        (("--objective", "K_rx=5 N/um"), 'objective "K_rx=5 N/um": '),
+    ],
+)
+def test_what_does_not_go_together_is_told(arguments: tuple[str, ...], message: str, trivet: Any) -> None:
+    code, _, err = trivet("plan", "azulay", *arguments)
+    assert code == 2
+    assert message in err
+    assert "expected a number above zero" not in err
+    assert len(err.strip().splitlines()) == 1
+
+
+def test_a_machine_without_six_drives_is_told_before_the_others_are_planned(monkeypatch: pytest.MonkeyPatch) -> None:
+    def never(*_: Any, **__: Any) -> Any:
+        raise AssertionError("planned")
+
+    monkeypatch.setattr("trivet.study.plan.plan", never)
+    with pytest.raises(trivet.InputError, match="told of six of each"):
+        plans(["azulay", load("azulay", {"chains.leg.copies": "2"})])

@@ -16,8 +16,8 @@ STEPS = 60
 
 
 def least_singular_values(matrices: Scalar) -> Scalar:
-    """The smallest singular value (m,) of square matrices (n, n, m), n even; within a few roundings of the greatest one.
-    Squares of their elements must neither overflow nor vanish.
+    """The smallest singular value (m,) of square matrices (n, n, m), n even; within a few roundings of the greatest one,
+    or 1e-8 of it where all are as nearly equal as that.  Squares of their elements must neither overflow nor vanish.
 
     Mirrors from either side leave two diagonals (G. Golub and W. Kahan, Calculating the singular values and pseudo-inverse of a
     matrix, SIAM J. Numer. Anal. 2, 1965), from which the square of the value is sought from below.

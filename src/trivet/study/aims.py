@@ -55,7 +55,7 @@ def _unit(text: str, scalar: object, one: str) -> float:
                 raise ValueError
             return value
         return (_ROTATIONAL if getattr(scalar, "is_rotational", False) else _STIFFNESS).parse(one)
+    except PydanticCustomError as error:  # a ValueError too
+        raise InputError(f'objective "{text}": {error.message()}') from None
     except ValueError:
         raise InputError(f'objective "{text}": expected a number above zero, from {LEAST:g} to {1 / LEAST:g}') from None
-    except PydanticCustomError as error:
-        raise InputError(f'objective "{text}": {error.message()}') from None

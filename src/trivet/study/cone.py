@@ -20,8 +20,8 @@ from trivet.reach.sheets import Sheet, highest_sheet
 from trivet.reach.touch import Touch
 from trivet.study.closest import Closest, closest
 from trivet.study.machines import MachineLike
-from trivet.study.requirements import LARGEST_GRID, Requirements, Settings, on_sphere, verdict
-from trivet.study.roll_grid import Along, RollGrid, Rules, field_of, met
+from trivet.study.requirements import Requirements, Settings, on_sphere, verdict
+from trivet.study.roll_grid import LARGEST_GRID, Along, RollGrid, Rules, field_of, met
 
 Array = NDArray[Any]
 
@@ -104,7 +104,7 @@ def cone(
     *,
     solid: bool = False,
     azimuths: int = AZIMUTHS,
-    step: float = STEP,
+    step: float | None = None,
     rolls: int = ROLLS,
     progress: Callable[[str, int, int], None] = lambda name, done, total: None,
     **settings: Unpack[Settings],
@@ -115,13 +115,14 @@ def cone(
         machine, radius, height, solid, settings: as for `trivet.plan`.
         tilt: of the cone, rad.
         azimuths: of the grid, evenly all round.
-        step: of its tilts, rad.
+        step: of its tilts, rad; `STEP`, or the tilt where that is less, when not given.
         rolls: of the grid, evenly all round.
         progress: called with what is being done, and how many of how many are.
 
     Raises:
         InputError: as for `trivet.plan`.
     """
+    step = min(STEP, tilt) if step is None else step
     _check(tilt, azimuths, step, rolls)
     wanted = Requirements(**settings)
     rules, height = on_sphere(wanted.rules(machine), radius, height, solid)

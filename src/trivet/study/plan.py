@@ -22,8 +22,8 @@ from trivet.reach.touch import Touch
 from trivet.study.closest import Closest, Drives, closest, drives_along
 from trivet.study.machines import MachineLike, choose
 from trivet.study.pathfile import PathFile, read_path
-from trivet.study.requirements import LARGEST_GRID, Requirements, Settings, on_sphere, verdict
-from trivet.study.roll_grid import Along, Field, RollGrid, Rules, along, best_way, field_of, refined, simplified
+from trivet.study.requirements import Requirements, Settings, on_sphere, verdict
+from trivet.study.roll_grid import LARGEST_GRID, Along, Field, RollGrid, Rules, along, best_way, field_of, refined, simplified
 from trivet.study.stops import stop
 
 Array = NDArray[Any]
@@ -166,7 +166,7 @@ def plan(
     azimuth: float = 0.0,
     start_roll: float | None = None,
     solid: bool = False,
-    step: float = STEP,
+    step: float | None = None,
     rolls: int = ROLLS,
     progress: Progress = lambda looked, left: None,
     **settings: Unpack[Settings],
@@ -184,7 +184,7 @@ def plan(
         azimuth: its direction, rad.
         start_roll: alpha + gamma at zero tilt, rad; any when not given.
         solid: whether bodies must stay clear of the sphere as well.
-        step: of the tilt on the first grid, rad.
+        step: of the tilt on the first grid, rad; `STEP`, or the tilt where that is less, when not given.
         rolls: of the first grid, evenly all round.
         progress: called with the numbers of patches of the proof that have been looked at and that are left.
         settings: mode, neutral, aims, limits, bodies, proof, sigma: `trivet.study.requirements.Requirements`.
@@ -192,6 +192,7 @@ def plan(
     Raises:
         InputError: for an impossible grid, or a machine of which this cannot be asked.
     """
+    step = min(STEP, to) if step is None else step
     _check(to, step, rolls)
     wanted = Requirements(**settings)
     rules, height = on_sphere(wanted.rules(machine), radius, height, solid)
@@ -260,6 +261,9 @@ def plans(
         for height in heights
         for mode in (all_modes(machine) if tuple(modes) == ("all",) else modes)
     ]
+    asked = {name: value for name, value in settings.items() if name in Settings.__annotations__}
+    for machine, _, mode in cases:
+        Requirements(**asked | {"mode": mode}).rules(machine)  # what is wrong is told before any work
     found = []
     for k, (machine, height, mode) in enumerate(cases):
         if path is None:

@@ -19,8 +19,6 @@ from trivet.study.machines import MachineLike, choose
 from trivet.study.roll_grid import Aim, Along, Rules
 from trivet.study.tilt import ball_of, sphere_of
 
-LARGEST_GRID = 5_000_000
-"""Poses, at most."""
 SHARE = 0.8
 """Of the least sigma_min along a plan, which is to be proven when nothing else is asked for."""
 BUDGET = 200_000
@@ -48,7 +46,7 @@ class Requirements:
 
     def __post_init__(self) -> None:
         if self.sigma is not None and not 0 < self.sigma < math.inf:
-            raise InputError(f"sigma_min to be proven: {self.sigma:g}; it must be above zero")
+            raise InputError(f"sigma_min to be proven: {self.sigma:g}; it must be above zero and finite")
 
     def rules(self, machine: MachineLike) -> Rules:
         """What a machine has to keep to, on no sphere as yet."""
@@ -62,6 +60,11 @@ class Requirements:
                 "deg at most or none, or leave limits aside"
             )
         scene = scene_of(chosen, with_workpiece=False) if self.bodies else None
+        if self.proof and scene is not None and scene.meshed.pairs:
+            raise InputError(
+                f"{chosen.name}: bodies with meshes have no proofs; ask for none (--no-proof), or describe them by "
+                "capsules, boxes and spheres"
+            )
         return Rules(chosen, signs, scene, None, 0.0, self.limits, read_aims(self.aims), self.sigma or 0.0)
 
     def prove(self, rules: Rules, patches: Patches, samples: Along, progress: Callable[[int, int], None]) -> Proof | None:

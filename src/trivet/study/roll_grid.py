@@ -25,6 +25,8 @@ from trivet.statics.objective import Objective
 
 Array = NDArray[Any]
 
+LARGEST_GRID = 5_000_000
+"""Poses, at most."""
 RESERVE_TRAVEL, RESERVE_GAP = 0.005, 5e-5
 """What a way keeps in hand, of half a joint's travel and of the distance of bodies (m): on the edge nothing can be proven."""
 FINER, LEVELS = 2, 3
@@ -92,7 +94,7 @@ class RollGrid(NamedTuple):
     def mark(self, row: float) -> str:
         """A place along the path in words."""
         value = float(np.interp(row, np.arange(self.shape[0]), self.marks))
-        return f"tilt {value:.4g} deg" if self.poses is None else f"pose {value:.4g} of {self.poses[-1]:g}"
+        return f"tilt {value:.4g} deg" if self.poses is None else f"pose {round(value, 3):.8g} of {self.poses[-1]:.8g}"
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -237,7 +239,10 @@ def refined(
     for _ in range(LEVELS):
         fine = scale * FINER
         low = (columns.min() - 2) * FINER
-        mask = np.zeros(((grid.shape[0] - 1) * fine + 1, (columns.max() + 2) * FINER - low + 1), dtype=bool)
+        shape = (grid.shape[0] - 1) * fine + 1, int((columns.max() + 2) * FINER - low + 1)
+        if math.prod(shape) > LARGEST_GRID:  # a way that goes round and round, say
+            break
+        mask = np.zeros(shape, dtype=bool)
         mask[rows * FINER, columns * FINER - low] = True
         mask = binary_dilation(mask, np.ones((4 * FINER + 1, 4 * FINER + 1)))
         own = (low + np.arange(mask.shape[1])) / fine

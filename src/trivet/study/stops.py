@@ -47,10 +47,10 @@ def stop(rules: Rules, grid: RollGrid, start: Array, field: Field, highest: int)
         highest: the last row to which a way leads; -1 for none.
     """
     if highest < 0:
-        return f"at the start {_fault(rules, grid, 0)}"
+        return f"at the start {_fault(rules, grid, 0, np.flatnonzero(start[0]))}"
     closed = np.flatnonzero(~np.isfinite(field.value).any(axis=1))
     if len(closed):
-        return f"beyond {grid.mark(closed[0] - 1)} {_fault(rules, grid, int(closed[0]))}"
+        return f"beyond {grid.mark(closed[0] - 1)} {_fault(rules, grid, int(closed[0]), np.arange(grid.columns))}"
     for words, freer in (
         (f"with a sigma_min below {rules.least_sigma:g}", rules._replace(least_sigma=0.0)),
         ("through other bodies", rules._replace(scene=None)),
@@ -100,9 +100,9 @@ def _ring(free: Rules, grid: RollGrid, side: Array) -> str:
     return f"; det J_x changes sign at {what} from {ends[0]:.3g} to {ends[1]:.3g}{unit}"
 
 
-def _fault(rules: Rules, grid: RollGrid, row: int) -> str:
-    """What is wrong with a row, at the roll that comes nearest."""
-    touch = grid.at(np.full(grid.columns, float(row)), np.arange(grid.columns))
+def _fault(rules: Rules, grid: RollGrid, row: int, columns: Array) -> str:
+    """What is wrong with some columns of a row, at the roll that comes nearest."""
+    touch = grid.at(np.full(len(columns), float(row)), columns)
     poses = frames_of(touch, rules.radius)
     travel = travel_margin(rules.machine, poses, rules.signs)
     nearest = int(travel.argmax())
@@ -139,4 +139,6 @@ def _worst(rules: Rules, touch: Touch) -> str:
         )
     sigma = control(rules.machine, poses, rules.signs).sigma_min
     k = int(sigma.argmin())
+    if not sigma[k] < rules.least_sigma:
+        return f"det J_x vanishes: a Type 2 singularity ({degrees_of(touch, k)})"
     return f"sigma_min is {sigma[k]:.3g}, {rules.least_sigma:g} is demanded ({degrees_of(touch, k)})"

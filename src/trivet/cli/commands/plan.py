@@ -92,6 +92,8 @@ def run(
 
     changes = parse_settings(settings or [])
     chosen = [choose(name, changes) for name in machines]
+    if len(modes or []) > 1 and "all" in (modes or []):
+        raise InputError("--mode: all is all of them; no other mode with it")
     out.check()
     start = o.quantity("--roll", start_roll, "angle", "rad")
     common: dict[str, Any] = {
@@ -113,8 +115,8 @@ def run(
             raise InputError("--cone: takes one machine, height and mode at a time, and no --roll")
         if modes == ["all"]:
             raise InputError("--cone: takes one mode, not all of them; name it, as in --mode '++ ++ -+'")
-        if advise or (to, azimuth) != ("90 deg", "0 deg"):
-            raise InputError("--cone: takes all directions; no --to, --azimuth or --advise with it")
+        if advise or along is not None or (to, azimuth) != ("90 deg", "0 deg"):
+            raise InputError("--cone: takes all directions; no --to, --azimuth, --path or --advise with it")
         with output.progress(out.as_json, "") as advance:
             found = cone(
                 chosen[0],

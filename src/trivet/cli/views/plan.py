@@ -97,8 +97,7 @@ def _met(plan: Plan) -> str:
         clearance_words(plan.clearance, close.bodies, plan.grid.mark(samples.rows[close.bodies_at])),
     ]
     return "\n".join([
-        f"{value_words(plan.rules, samples, plan.worst)} at {plan.grid.mark(samples.rows[plan.worst])}, roll {roll:.2f}°; "
-        f"on the first grid {plan.bottleneck:.6g}",
+        f"{value_words(plan.rules, samples, plan.worst)} at {plan.grid.mark(samples.rows[plan.worst])}, roll {roll:.2f}°",
         f"least at samples: {', '.join(part for part in left if part)}"
         + ("" if plan.is_steady else "; the way goes back along the path on the first grid"),
         _drives(plan, plan.drives),
