@@ -22,7 +22,7 @@ _PACE = 60
 """Time that a frame is shown, ms."""
 _LEFT, _WIDTH, _UP = 0.64, 0.36, 0.12
 """Where the machine is, above the slider, shares of the page."""
-_ZOOM = 1.15
+_ZOOM = 0.95
 """Largest side of the box around the machine, in plotly's unit."""
 _CAMERA = {"eye": {"x": 1.0, "y": -1.5, "z": 0.8}, "center": {"x": 0, "y": 0, "z": -0.05}}
 _LIGHT = {"ambient": 0.7, "diffuse": 0.5, "specular": 0.05}

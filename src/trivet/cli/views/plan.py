@@ -152,25 +152,27 @@ def as_json(study: PlanStudy, advice: tuple[Change, ...] | None = None) -> dict[
 
 
 def _plan(plan: Plan) -> dict[str, Any]:
-    path = plan.grid.path
+    path, is_tilt = plan.grid.path, plan.grid.poses is None
+    highest = None if plan.highest < 0 else float(plan.grid.marks[plan.highest])
     return {
         "machine": plan.machine.name,
         "mode": plan.mode,
         "assembly": assembly_words(plan),
         "neutral": plan.neutral,
-        "radius_m": plan.rules.radius,
-        "centre_m": [float(c[0]) for c in path[:3]],
-        "azimuth_rad": float(path.azimuth[-1]),
-        "to_rad": float(path.tilt[-1]),
-        "aims": [{"name": aim.name, "one": aim.unit} for aim in plan.rules.aims],
+        "radius_m": plan.rules.radius if is_tilt else None,
+        "centre_m": [float(c[0]) for c in path[:3]] if is_tilt else None,
+        "azimuth_rad": float(path.azimuth[-1]) if is_tilt else None,
+        "to_rad": float(path.tilt[-1]) if is_tilt else None,
+        "aims": [{"name": aim.name, "one_SI": aim.unit} for aim in plan.rules.aims],
         "limits": plan.rules.limits,
         "cones_not_checked": free_cones(plan.machine),
         "bodies_apart": plan.rules.scene is not None,
         "possible": plan.is_possible,
         "safe": plan.is_safe,
         "stopped_by": plan.stopped_by or None,
-        "highest_rad": None if plan.highest < 0 else float(path.tilt[plan.highest]),
-        "poses": None if plan.grid.poses is None else float(plan.grid.poses[-1]),
+        "highest_rad": math.radians(highest) if is_tilt and highest is not None else None,
+        "highest_pose": None if is_tilt else highest,
+        "poses": None if plan.grid.poses is None else int(plan.grid.poses[-1]),
         "grid_bottleneck": finite(plan.bottleneck),
         **met_json(plan.rules, plan.along, plan.worst, plan.closest),
         "knots": None if plan.knots is None else touch_json(plan.knots),
