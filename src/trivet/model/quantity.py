@@ -107,6 +107,8 @@ class Quantity:
             return None  # to pint an angle is a pure number, and so is a percentage
         if self.si == "Hz" and not unit.endswith(("Hz", "hertz")):
             return None  # nor does it tell turns, or radians, from cycles
+        if self.si == "rad/s" and unit.endswith(("Hz", "hertz")):
+            return None
         return _factor(unit, self.si)
 
     def _bounded(self, exact: float | Decimal) -> float:
@@ -163,7 +165,7 @@ class Quantity:
 
 _EXAMPLES = {
     "": "0.29", "GPa": "205", "N m/rad": "300", "N m s/rad": "0.1", "N s/m": "50", "N/um": "3", "N^2/um^2": "0.35",
-    "N": "15", "N m": "0.2", "deg": "70",
+    "N": "15", "N m": "0.2", "deg": "70", "N/mm^2": "600", "rpm": "6000",
     "kg": "0.5", "kg mm^2": "120", "kg/m^3": "7870", "mm": "216", "mm^2": "130", "mm^4": "4500",
 }  # fmt: skip
 
@@ -186,6 +188,7 @@ RotationalStiffness = Annotated[float, Quantity("rotational stiffness", "N m/rad
 Friction = Annotated[float, Quantity("force", "N", "N", at_least_zero=True)]
 RotationalFriction = Annotated[float, Quantity("torque", "N m", "N m", at_least_zero=True)]
 Pressure = Annotated[float, Quantity("pressure", "Pa", "GPa", positive=True)]
+SpecificForce = Annotated[float, Quantity("specific force", "Pa", "N/mm^2", positive=True)]
 Density = Annotated[float, Quantity("density", "kg/m^3", "kg/m^3", positive=True)]
 Mass = Annotated[float, Quantity("mass", "kg", "kg", at_least_zero=True)]
 Inertia = Annotated[float, Quantity("moment of inertia", "kg m^2", "kg mm^2", at_least_zero=True)]
