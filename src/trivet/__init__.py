@@ -15,6 +15,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from trivet.chatter.cut import Cut
     from trivet.errors import InputError, NoResultError, TrivetError
     from trivet.interop.mjcf import to_mjcf, write_mjcf
     from trivet.interop.urdf import to_urdf, write_urdf
@@ -32,7 +33,9 @@ if TYPE_CHECKING:
     from trivet.study.dynamics import DynamicsReport, Loading, dynamics_report
     from trivet.study.forward import forward
     from trivet.study.frf import FrequencyResponse, Minimum, frf, minimum_dynamic_stiffness
+    from trivet.study.lobes import Lobes, LobesAlong, lobes, lobes_along
     from trivet.study.machines import switched
+    from trivet.study.mode_paths import ModePaths, modes_along
     from trivet.study.modes import ModesReport, modes
     from trivet.study.motion import MotionReport, motion
     from trivet.study.pathfile import read_path
@@ -53,6 +56,7 @@ if TYPE_CHECKING:
     )
 
 _HOMES = {
+    "trivet.chatter.cut": ("Cut",),
     "trivet.errors": ("InputError", "NoResultError", "TrivetError"),
     "trivet.interop.mjcf": ("to_mjcf", "write_mjcf"),
     "trivet.interop.urdf": ("to_urdf", "write_urdf"),
@@ -70,7 +74,9 @@ _HOMES = {
     "trivet.study.dynamics": ("DynamicsReport", "Loading", "dynamics_report"),
     "trivet.study.forward": ("forward",),
     "trivet.study.frf": ("FrequencyResponse", "Minimum", "frf", "minimum_dynamic_stiffness"),
+    "trivet.study.lobes": ("Lobes", "LobesAlong", "lobes", "lobes_along"),
     "trivet.study.machines": ("switched",),
+    "trivet.study.mode_paths": ("ModePaths", "modes_along"),
     "trivet.study.modes": ("ModesReport", "modes"),
     "trivet.study.motion": ("MotionReport", "motion"),
     "trivet.study.pathfile": ("read_path",),
@@ -92,15 +98,16 @@ _HOMES = {
 }
 
 __all__ = [
-    "Change", "Comparison", "ConePlan", "DynamicComparison", "DynamicsReport", "Forward", "FrequencyResponse", "InputError",
-    "Limits", "Loading", "Machine", "Minimum", "ModesReport", "MotionReport", "NoResultError", "OrientationReport", "Plan",
-    "PlanStudy", "PoseReport", "Simulation", "SingularityMap", "SingularityReport", "StiffnessMap", "Surface", "TiltReport",
-    "TiltStudy", "Trajectory", "TrivetError", "WorkspaceReport", "WorkspaceStudy", "advice", "catalogue", "circle",
-    "compare", "compare_dynamics", "cone", "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere",
-    "load", "minimum_dynamic_stiffness", "modes", "motion", "orientation_workspace", "parse", "plan", "plan_along", "plans",
-    "pose", "read_path", "save", "schema", "simulate", "singularity_map", "singularity_report", "stiffness_map", "straight",
-    "switched", "through", "tilt", "tilts", "timed", "to_mjcf", "to_text", "to_urdf", "workspace", "workspaces", "write",
-    "write_mjcf", "write_urdf", "zyz_frame",
+    "Change", "Comparison", "ConePlan", "Cut", "DynamicComparison", "DynamicsReport", "Forward", "FrequencyResponse",
+    "InputError", "Limits", "Loading", "Lobes", "LobesAlong", "Machine", "Minimum", "ModePaths", "ModesReport",
+    "MotionReport", "NoResultError", "OrientationReport", "Plan", "PlanStudy", "PoseReport", "Simulation", "SingularityMap",
+    "SingularityReport", "StiffnessMap", "Surface", "TiltReport", "TiltStudy", "Trajectory", "TrivetError",
+    "WorkspaceReport", "WorkspaceStudy", "advice", "catalogue", "circle", "compare", "compare_dynamics", "cone",
+    "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere", "load", "lobes", "lobes_along",
+    "minimum_dynamic_stiffness", "modes", "modes_along", "motion", "orientation_workspace", "parse", "plan", "plan_along",
+    "plans", "pose", "read_path", "save", "schema", "simulate", "singularity_map", "singularity_report", "stiffness_map",
+    "straight", "switched", "through", "tilt", "tilts", "timed", "to_mjcf", "to_text", "to_urdf", "workspace", "workspaces",
+    "write", "write_mjcf", "write_urdf", "zyz_frame",
 ]  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from trivet.show.cone import draw_cone
 from trivet.show.drawing import draw
 from trivet.show.dynamic_comparison import draw_dynamics, draw_whole
 from trivet.show.histories import draw_motion, draw_simulation
+from trivet.show.lobes import draw_lobes
 from trivet.show.maps import draw_map
 from trivet.show.mode_shapes import draw_modes
 from trivet.show.plan import draw_plans
@@ -25,6 +26,7 @@ from trivet.study.comparison import Comparison
 from trivet.study.cone import ConePlan
 from trivet.study.dynamic_comparison import DynamicComparison
 from trivet.study.frf import FrequencyResponse
+from trivet.study.lobes import Lobes, LobesAlong
 from trivet.study.modes import ModesReport
 from trivet.study.motion import MotionReport
 from trivet.study.plan import Plan, PlanStudy
@@ -45,7 +47,8 @@ def figure(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False
 
     Args:
         result: a Machine (at home), or what `pose`, `forward`, `singularity_report`, `stiffness_map`, `singularity_map`,
-            `compare`, `compare_dynamics`, `modes`, `frf`, `motion`, `simulate`, `tilt`, `workspace`, `plan` or `cone` gave.
+            `compare`, `compare_dynamics`, `modes`, `frf`, `lobes`, `lobes_along`, `motion`, `simulate`, `tilt`, `workspace`,
+            `plan` or `cone` gave.
         path: file to write; .png is a picture, .html a page that needs no network.
         overwrite: whether the file may be replaced.
 
@@ -115,6 +118,11 @@ def _(result: FrequencyResponse, path: str | os.PathLike[str], *, overwrite: boo
 @figure.register
 def _(result: ShownResponse, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     draw_response(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: Lobes | LobesAlong, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_lobes(result, path, overwrite=overwrite)
 
 
 @figure.register

@@ -10,11 +10,13 @@ import numpy as np
 
 from trivet.kinematics.report import OK, STATUS_WORDS, joint_names
 from trivet.results.netcdf import COMPONENTS, labelled, write_groups, write_netcdf
+from trivet.study.chatter_datasets import lobes_along_dataset, lobes_dataset
 from trivet.study.comparison import Comparison
 from trivet.study.cone import ConePlan
 from trivet.study.dynamic_comparison import DynamicComparison
 from trivet.study.dynamics_datasets import motion_dataset, simulation_dataset
 from trivet.study.frf import FrequencyResponse
+from trivet.study.lobes import Lobes, LobesAlong
 from trivet.study.modes import ModesReport
 from trivet.study.motion import MotionReport
 from trivet.study.plan import Plan, PlanStudy
@@ -105,8 +107,8 @@ def save(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False) 
     """Write a result as labelled NetCDF with units and the machine file inside; a comparison has one group per machine.
 
     Args:
-        result: what `stiffness_map`, `singularity_map`, `compare`, `compare_dynamics`, `modes`, `frf`, `motion`, `simulate`,
-            `tilt`, `workspace`, `plan` or `cone` gave.
+        result: what `stiffness_map`, `singularity_map`, `compare`, `compare_dynamics`, `modes`, `frf`, `lobes`, `lobes_along`,
+            `motion`, `simulate`, `tilt`, `workspace`, `plan` or `cone` gave.
         path: file to write; it appears whole or not at all.
         overwrite: whether the file may be replaced.
 
@@ -137,6 +139,16 @@ def _(result: ModesReport, path: str | os.PathLike[str], *, overwrite: bool = Fa
 @save.register
 def _(result: FrequencyResponse, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     write_netcdf(response_dataset(result), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: Lobes, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_netcdf(lobes_dataset(result), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: LobesAlong, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_netcdf(lobes_along_dataset(result), path, overwrite=overwrite)
 
 
 @save.register
