@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +19,7 @@ from trivet.statics.assembly import Connection, NodeMass, Structure
 from trivet.statics.beam_element import BeamElement, global_stiffness, turned
 from trivet.statics.structure import carry
 from trivet.vibration.beam_mass import local_mass
+from trivet.vibration.bodies import Body
 from trivet.vibration.independent import independent
 
 MOST_ELEMENTS = 400
@@ -29,7 +30,8 @@ STUB = 1e-2
 
 @dataclass(frozen=True)
 class Mesh:
-    """A structure with N displacements (6 per node in {O}, then the deflections of the joints' screws) that follow from q."""
+    """A structure with N displacements that follow from q: 6 per node in {O}, then the deflections of the joints' screws, then
+    the internal coordinates of bodies."""
 
     structure: Structure
     """With its beams divided."""
@@ -47,6 +49,8 @@ class Mesh:
     """(q, q): stiffness of all that has none, and takes that of the analysis."""
     viscosity: sp.csc_matrix
     """(q, q): viscous damping of the joints."""
+    bodies: tuple[Body, ...] = ()
+    """What stands in place of beams."""
 
     def dynamic_stiffness(self, omega: float, loss_factor: float) -> sp.csc_matrix:
         """(q, q) complex: K (1 + i eta) + i omega C - omega^2 M."""
@@ -59,17 +63,18 @@ class Mesh:
         return own if at is None else sp.csr_matrix(carry(at - self.structure.nodes[node])) @ own
 
 
-def mesh(structure: Structure, elements: int | Mapping[str, int]) -> Mesh:
+def mesh(structure: Structure, elements: int | Mapping[str, int], bodies: Sequence[Body] = ()) -> Mesh:
     """A structure at one pose as finite elements.
 
     Args:
         structure: as `statics.assembly.assemble` gives it, without batch axes.
         elements: per beam; or by the name of a beam ("link", or "leg-1.link"), one for those that are not named.
+        bodies: between nodes of the structure, whose beams there have been taken out.
     """
     fine = divided(structure, elements)
     nodes, joints = len(fine.nodes), sum(len(tie.rates) for tie in fine.connections)
-    size = 6 * nodes + joints
-    transform = independent(fine)
+    size = 6 * nodes + joints + sum(body.internal for body in bodies)
+    transform = sp.block_diag((independent(fine), sp.eye(size - 6 * nodes - joints)), format="csr")
     masses, stiffnesses, losses, others = (list[tuple[np.ndarray, np.ndarray]]() for _ in range(4))
     for beam in fine.beams:
         dofs = np.r_[6 * beam.first : 6 * beam.first + 6, 6 * beam.second : 6 * beam.second + 6]
@@ -77,6 +82,12 @@ def mesh(structure: Structure, elements: int | Mapping[str, int]) -> Mesh:
         masses.append((dofs, turned(local_mass(beam), beam.axes)))
         stiffnesses.append((dofs, stiffness))
         own = beam.made_of.loss_factor
+        (others if own is None else losses).append((dofs, stiffness * (1 if own is None else own)))
+    for body, dofs in zip(bodies, dofs_of(bodies, 6 * nodes + joints), strict=True):
+        stiffness = body.in_world(body.stiffness)
+        masses.append((dofs, body.in_world(body.mass)))
+        stiffnesses.append((dofs, stiffness))
+        own = body.loss_factor
         (others if own is None else losses).append((dofs, stiffness * (1 if own is None else own)))
     for lump in fine.masses:
         masses.append((np.arange(6 * lump.node, 6 * lump.node + 6), inertia_at_node(fine, lump)))
@@ -106,7 +117,16 @@ def mesh(structure: Structure, elements: int | Mapping[str, int]) -> Mesh:
         reduced(losses, loss),
         reduced(others, free),
         reduced([], viscous),
+        tuple(bodies),
     )
+
+
+def dofs_of(bodies: Sequence[Body], place: int) -> Iterator[np.ndarray]:
+    """Per body the numbers (12 + i,) of its displacements; internal coordinates follow one another from a place on."""
+    for body in bodies:
+        ends = (np.arange(6 * node, 6 * node + 6) for node in (body.first, body.second))
+        yield np.concatenate([*ends, np.arange(place, place + body.internal)])
+        place += body.internal
 
 
 def divided(structure: Structure, elements: int | Mapping[str, int]) -> Structure:

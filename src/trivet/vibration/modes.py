@@ -20,7 +20,7 @@ from trivet.statics.assembly import PLATFORM, Structure, assemble
 from trivet.statics.beam_element import global_stiffness
 from trivet.statics.structure import carry
 from trivet.vibration.exact import ExactStructure, exact_mesh
-from trivet.vibration.mesh import Mesh, mesh
+from trivet.vibration.mesh import Mesh, dofs_of, mesh
 
 LARGEST_DENSE = 1500
 """Displacements up to which all eigenvalues are found at once; above, the lowest ones by Lanczos iterations."""
@@ -58,7 +58,9 @@ class Modes:
 
     @cached_property
     def frequency(self) -> np.ndarray:
-        """(m,) natural frequencies without the error of the mesh, Hz."""
+        """(m,) natural frequencies without the error of the mesh, Hz; with bodies in it, those of the mesh."""
+        if self.mesh.bodies:
+            return self.mesh_frequency
         return exact_frequencies(self.structure, self.mesh_frequency)
 
     @cached_property
@@ -75,19 +77,22 @@ class Modes:
 
     @cached_property
     def strain_shares(self) -> dict[str, np.ndarray]:
-        """Share (m,) of every beam and sprung joint ("leg-1.link") in the strain energy of every mode."""
+        """Share (m,) of every beam, body and sprung joint ("leg-1.link") in the strain energy of every mode."""
         structure, found = self.mesh.structure, dict[str, np.ndarray]()
         for beam in structure.beams:
             ends = np.concatenate([self.displacements[beam.first], self.displacements[beam.second]])
             energy = np.einsum("im,ij,jm->m", ends, global_stiffness(beam), ends)
             found[beam.name] = found.get(beam.name, 0) + energy
-        deflections = np.asarray(self.mesh.transform @ self.shapes)[6 * len(structure.nodes) :]
+        whole = np.asarray(self.mesh.transform @ self.shapes)
+        deflections = whole[6 * len(structure.nodes) :]
         place = 0
         for tie in structure.connections:
             own = deflections[place : place + len(tie.rates)]
             place += len(tie.rates)
             if np.any(tie.rates > 0):
                 found[tie.name] = found.get(tie.name, 0) + tie.rates @ own**2
+        for body, dofs in zip(self.mesh.bodies, dofs_of(self.mesh.bodies, 6 * len(structure.nodes) + place), strict=True):
+            found[body.name] = np.einsum("im,ij,jm->m", whole[dofs], body.in_world(body.stiffness), whole[dofs])
         total = sum(found.values())
         return {name: energy / total for name, energy in found.items()}
 
@@ -214,7 +219,8 @@ def free_joints(chosen: Mesh) -> str:
     units = np.ones(len(transform))
     units[:first_joint] = np.tile(np.r_[np.full(3, 1 / structure.scale), np.ones(3)], len(structure.nodes))
     turns = [np.any(tie.screws[3:, :] != 0, axis=0) for tie in structure.connections]
-    units[first_joint:] = np.where(np.concatenate(turns), 1.0, 1 / structure.scale)
+    own_units = np.where(np.concatenate(turns), 1.0, 1 / structure.scale)
+    units[first_joint : first_joint + len(own_units)] = own_units
     metric = (units[:, None] * transform).T @ (units[:, None] * transform)
     rates, motions = scipy.linalg.eigh(chosen.stiffness.toarray(), metric)
     loose = np.abs(rates) < LOOSE * np.median(np.abs(rates))

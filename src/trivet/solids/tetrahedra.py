@@ -1,0 +1,137 @@
+"""A STEP file as quadratic tetrahedra, by gmsh (Geuzaine and Remacle, Int. J. Numer. Methods Eng. 79:1309, 2009).
+
+Run as a program of its own, `python -m trivet.solids.tetrahedra FILE FINENESS RESULT.npz`: gmsh is not thread-safe and takes
+over signals, and a hostile file may crash it or keep it busy for ever.  What it cannot do it says on one line of standard
+output, with exit code 2.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import numpy as np
+
+ACROSS = 1.5
+"""Edge of a tetrahedron, against twice the volume by the surface (the wall, in what is thin), at fineness 1."""
+ROUND = 12
+"""Edges around a circle at fineness 1."""
+NEAR = 1e-6
+"""Against the length, how far from an end the box of a plane face may lie; gmsh's boxes have a margin."""
+TETRAHEDRON, PLANE = 11, "Plane"
+"""gmsh's number for those with ten nodes, and its name of a flat face."""
+SYSTEM = {
+    "libGLU.so.1": "libglu1-mesa", "libGL.so.1": "libgl1", "libXft.so.2": "libxft2", "libXcursor.so.1": "libxcursor1",
+    "libXinerama.so.1": "libxinerama1", "libXrender.so.1": "libxrender1", "libXfixes.so.3": "libxfixes3",
+    "libXext.so.6": "libxext6", "libX11.so.6": "libx11-6", "libfontconfig.so.1": "libfontconfig1", "libgomp.so.1": "libgomp1",
+}  # fmt: skip
+"""Packages of Debian with the libraries that the wheel of gmsh does not bring."""
+
+
+class CannotError(Exception):
+    """Why there is no mesh, in words that go behind the name of the file."""
+
+
+def loaded() -> Any:
+    """The module gmsh."""
+    try:
+        import gmsh
+    except ImportError:
+        raise CannotError("STEP files need gmsh; install it with: pip install 'trivet[solids]'") from None
+    except OSError as error:
+        library = str(error).partition(":")[0]
+        package = SYSTEM.get(library)
+        hint = f"; install it, on Debian with: apt-get install {package}" if package else ""
+        raise CannotError(f"gmsh cannot be loaded: {error}{hint}") from None
+    return gmsh
+
+
+def meshed(file: str, fineness: float) -> dict[str, np.ndarray]:
+    """Nodes (3, n) in m, tetrahedra (10, e) in the order of scikit-fem, and the edge that was asked for."""
+    gmsh = loaded()
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setString("Geometry.OCCTargetUnit", "M")
+        try:
+            gmsh.model.occ.importShapes(file)
+            gmsh.model.occ.synchronize()
+        except Exception as error:
+            raise CannotError(f"cannot be read as a STEP file: {error}") from None
+        volumes = gmsh.model.getEntities(3)
+        if len(volumes) != 1:
+            found = f"{len(volumes)} solids" if volumes else "no solid"
+            raise CannotError(f"has {found}; expected one, without gaps in its surface")
+        _check_ends(gmsh)
+        size = _size(gmsh, volumes[0][1]) / fineness
+        _make(gmsh, size, fineness)
+        return _result(gmsh) | {"size": np.array(size)}
+    finally:
+        gmsh.finalize()
+
+
+def _check_ends(gmsh: Any) -> None:
+    """The part begins at x = 0, and flat faces end it on both sides."""
+    boxes = {tag: gmsh.model.occ.getBoundingBox(2, tag) for _, tag in gmsh.model.getEntities(2)}
+    flat = [box for tag, box in boxes.items() if gmsh.model.getType(2, tag) == PLANE]
+    low, high = min(box[0] for box in boxes.values()), max(box[3] for box in boxes.values())
+    margin = NEAR * (high - low) + 2e-7
+    for end, at in (("near", low), ("far", high)):
+        if not any(abs(box[0] - at) < margin and abs(box[3] - at) < margin for box in flat):
+            raise CannotError(
+                f"has no flat face across x at its {end} end, x = {1e3 * at:.6g} mm; the part's axis runs along x, from 0 to "
+                "its length, and ends in flat faces"
+            )
+    if abs(low) > margin:
+        raise CannotError(f"begins at x = {1e3 * low:.6g} mm; the part's axis runs along x, from 0 to its length")
+
+
+def _size(gmsh: Any, volume: int) -> float:
+    surface = sum(gmsh.model.occ.getMass(2, tag) for _, tag in gmsh.model.getEntities(2))
+    inside = gmsh.model.occ.getMass(3, volume)
+    if not (inside > 0 and surface > 0):
+        raise CannotError("has a solid without volume; is its surface closed?")
+    return float(ACROSS * 2 * inside / surface)
+
+
+def _make(gmsh: Any, size: float, fineness: float) -> None:
+    for name, value in (
+        ("MeshSizeMax", size),
+        ("MeshSizeFromCurvature", ROUND * fineness),
+        ("ElementOrder", 2),
+        ("HighOrderOptimize", 2),
+        ("RandomSeed", 1),
+    ):
+        gmsh.option.setNumber(f"Mesh.{name}", value)
+    try:
+        gmsh.model.mesh.generate(3)
+    except Exception as error:
+        raise CannotError(f"cannot be meshed: {error}") from None
+
+
+def _result(gmsh: Any) -> dict[str, np.ndarray]:
+    tags, places, _ = gmsh.model.mesh.getNodes()
+    _, own = gmsh.model.mesh.getElementsByType(TETRAHEDRON)
+    if not len(own):
+        raise CannotError("cannot be meshed: gmsh made no tetrahedra")
+    used, numbers = np.unique(own, return_inverse=True)
+    where = np.argsort(tags)
+    points = places.reshape(-1, 3)[where[np.searchsorted(tags, used, sorter=where)]]
+    # gmsh counts the edges 2-3 and 1-3 the other way round.
+    elements = numbers.reshape(-1, 10)[:, [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]]
+    return {"points": points.T, "elements": elements.T}
+
+
+def main() -> int:
+    """Write the mesh, or say why there is none."""
+    file, fineness, result = sys.argv[1:]
+    try:
+        np.savez(result, allow_pickle=False, **meshed(file, float(fineness)))
+    except CannotError as error:
+        print(error)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

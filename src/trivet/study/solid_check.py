@@ -1,0 +1,161 @@
+"""Are beams good enough: a machine with some of its beams as solid bodies, side by side with the machine of beams."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from trivet.errors import InputError, nearest
+from trivet.solids.ends import ENDS, Ends
+from trivet.solids.parts import Solid, put_in, solids, wanted
+from trivet.statics.assembly import PLATFORM, Structure, assemble
+from trivet.statics.objective import AXES
+from trivet.study.frf import HIGHEST, MOST_FREQUENCIES, Minimum, least_damping, minimum_dynamic_stiffness, natural_frequencies
+from trivet.study.machines import MachineLike
+from trivet.study.pose import PoseReport, pose
+from trivet.vibration import spectral
+from trivet.vibration.exact import pieces
+from trivet.vibration.mesh import mesh
+from trivet.vibration.resonance import greatest
+from trivet.vibration.response import FINE
+from trivet.vibration.ritz import Ritz, ritz
+
+COARSER = 1.5
+"""Elements of the mesh that tells how far the mesh matters, against those of the mesh itself."""
+LEAST_FINENESS, MOST_FINENESS = 0.5, 4.0
+ROOM = 1.3
+"""Natural frequencies are sought up to this many times the highest one, so that one that solids shift is not lost."""
+
+
+class Side(NamedTuple):
+    """What a machine does at the platform centre."""
+
+    natural: np.ndarray
+    """(m,) natural frequencies, those in the range by beams, Hz."""
+    receptance: np.ndarray
+    """(n, 6, 6) in {O}: m/N, rad/N, rad/(N m)."""
+    minima: tuple[Minimum, ...]
+    """Minimum dynamic stiffness along and about x, y and z; none without damping."""
+
+
+@dataclass(frozen=True)
+class SolidCheck:
+    """A machine of beams and the same with solids in their place; in SI and {O}, structural damping."""
+
+    at: PoseReport
+    parts: tuple[Solid, ...]
+    ends: Ends
+    fineness: float
+    loss_factor: float
+    frequency: np.ndarray
+    """(n,) Hz."""
+    beams: Side
+    solids: Side
+    coarser: np.ndarray
+    """(m,) natural frequencies with solids of larger elements, by `COARSER`, Hz."""
+    coarser_elements: tuple[int, ...]
+    """How many, part by part."""
+
+    @property
+    def difference(self) -> np.ndarray:
+        """(m,): natural frequencies of solids over those of beams, less one."""
+        found: np.ndarray = self.solids.natural / self.beams.natural - 1
+        return found
+
+    @property
+    def mesh_error(self) -> np.ndarray:
+        """(m,): natural frequencies with larger elements over those of the mesh, less one; the error of the mesh is smaller."""
+        found: np.ndarray = self.coarser / self.solids.natural - 1
+        return found
+
+
+def solid_check(
+    machine: MachineLike,
+    parts: Sequence[str] | None = None,
+    position: Sequence[float] | None = None,
+    azimuth: float | None = None,
+    tilt: float | None = None,
+    roll: float | None = None,
+    *,
+    mode: str | None = None,
+    anyway: bool = False,
+    low: float = 5.0,
+    high: float = 3000.0,
+    points: int = 1000,
+    loss_factor: float = 0.02,
+    fineness: float = 1.0,
+    ends: Ends = "plane",
+) -> SolidCheck:
+    """A machine with beams, and with some of them as solids: natural frequencies, receptance, minimum dynamic stiffness.
+
+    Args:
+        machine, position, azimuth, tilt, roll, mode, anyway: as for `pose`.
+        parts: which beams are to be solids: "leg.link" (all copies) or "leg-1.link", made from its section, or from a STEP file
+            as in "leg.link=part.step"; all beams when None.  A part in a file has its axis along +x, from (0, 0, 0), the end
+            nearer to the ground, to (length, 0, 0), and flat faces across it at both ends.
+        low, high: range of frequencies, Hz.
+        points: equally spaced frequencies of the receptances.
+        loss_factor: eta of all that has no loss factor of its own.
+        fineness: of the meshes, 1, or more for smaller elements.
+        ends: how the ends of solids follow the machine: "plane", their sections stay plane as those of beams do and are
+            otherwise free; "rigid"; or "mean", only their mean motion follows.
+
+    Raises:
+        InputError: for an unknown part, one that is no beam, a section without a shape, a file that is no such part, a number
+            out of range, or without scikit-fem or (for files) gmsh.
+        NoResultError: the pose is not reached, or the machine moves there without resistance.
+    """
+    _check(low, high, points, loss_factor, fineness, ends)
+    at = pose(machine, position, azimuth, tilt, roll, mode=mode, anyway=anyway)
+    structure = assemble(at.machine, at.frame, at.signs)
+    chosen = wanted(at.machine, structure, parts)
+    of_beams = natural_frequencies(at, 0.0, high)
+    fine, coarse = (solids(at.machine, structure, chosen, high, f, ends) for f in (fineness, fineness / COARSER))
+    small, rough = (_reduced(at, structure, made, high) for made in (fine, coarse))
+    frequency, least = np.linspace(low, high, points), least_damping(at, loss_factor)
+    inside = np.flatnonzero(of_beams >= low)
+    inside = inside[inside < min(len(small.natural), len(rough.natural))]
+
+    def answer(f: np.ndarray) -> np.ndarray:
+        return np.abs(np.diagonal(small.receptance(f, loss_factor), axis1=1, axis2=2))
+
+    peaks = greatest(answer, low, high, least) if least > 0 else []
+    minima = tuple(Minimum(axis, 1 / peak.size, peak.frequency) for axis, peak in zip(AXES, peaks, strict=False))
+    exact = spectral.receptance(at.machine, at.frame, at.signs, frequency, loss_factor)
+    least_of_beams = tuple(minimum_dynamic_stiffness(at, low, high, loss_factor)) if least > 0 else ()
+    return SolidCheck(
+        at,
+        fine,
+        ends,
+        fineness,
+        loss_factor,
+        frequency,
+        Side(of_beams[inside], np.asarray(exact), least_of_beams),
+        Side(small.natural[inside], small.receptance(frequency, loss_factor), minima),
+        rough.natural[inside],
+        tuple(solid.reduced.grid.elements for solid in coarse),
+    )
+
+
+def _reduced(at: PoseReport, structure: Structure, made: Sequence[Solid], high: float) -> Ritz:
+    rest, bodies = put_in(at.machine, structure, made)
+    chosen = mesh(rest, pieces(rest, 2 * math.pi * high, FINE), bodies)
+    return ritz(at.machine.name, chosen, chosen.rows(PLATFORM), high)
+
+
+def _check(low: float, high: float, points: int, loss_factor: float, fineness: float, ends: str) -> None:
+    if ends not in ENDS:
+        raise InputError(f"ends '{ends}' is not known{nearest(ends, ENDS)}")
+    if not (math.isfinite(low) and math.isfinite(high) and 0 < low < high <= HIGHEST):
+        expected = f"expected a range that rises from above 0 Hz, up to {HIGHEST:g} Hz"
+        raise InputError(f"frequencies: {low:g} Hz to {high:g} Hz; {expected}")
+    if not 2 <= points <= MOST_FREQUENCIES:
+        raise InputError(f"points: {points}; expected 2 to {MOST_FREQUENCIES} frequencies")
+    if not 0 <= loss_factor < 2:
+        raise InputError(f"loss factor: {loss_factor:g}; expected 0 or more, and below 2")
+    if not LEAST_FINENESS <= fineness <= MOST_FINENESS:
+        raise InputError(f"fineness: {fineness:g}; expected {LEAST_FINENESS:g} to {MOST_FINENESS:g}")
