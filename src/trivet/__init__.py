@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from trivet.study.simulation import Simulation, simulate
     from trivet.study.singularity import SingularityReport, singularity_report
     from trivet.study.singularity_map import SingularityMap, singularity_map
+    from trivet.study.solid_check import SolidCheck, solid_check
     from trivet.study.stiffness_map import StiffnessMap, stiffness_map
     from trivet.study.tilt import TiltReport, TiltStudy, tilt, tilts
     from trivet.study.workspace import (
@@ -85,6 +86,7 @@ _HOMES = {
     "trivet.study.simulation": ("Simulation", "simulate"),
     "trivet.study.singularity": ("SingularityReport", "singularity_report"),
     "trivet.study.singularity_map": ("SingularityMap", "singularity_map"),
+    "trivet.study.solid_check": ("SolidCheck", "solid_check"),
     "trivet.study.stiffness_map": ("StiffnessMap", "stiffness_map"),
     "trivet.study.tilt": ("TiltReport", "TiltStudy", "tilt", "tilts"),
     "trivet.study.workspace": (
@@ -101,13 +103,13 @@ __all__ = [
     "Change", "Comparison", "ConePlan", "Cut", "DynamicComparison", "DynamicsReport", "Forward", "FrequencyResponse",
     "InputError", "Limits", "Loading", "Lobes", "LobesAlong", "Machine", "Minimum", "ModePaths", "ModesReport",
     "MotionReport", "NoResultError", "OrientationReport", "Plan", "PlanStudy", "PoseReport", "Simulation", "SingularityMap",
-    "SingularityReport", "StiffnessMap", "Surface", "TiltReport", "TiltStudy", "Trajectory", "TrivetError",
+    "SingularityReport", "SolidCheck", "StiffnessMap", "Surface", "TiltReport", "TiltStudy", "Trajectory", "TrivetError",
     "WorkspaceReport", "WorkspaceStudy", "advice", "catalogue", "circle", "compare", "compare_dynamics", "cone",
     "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere", "load", "lobes", "lobes_along",
     "minimum_dynamic_stiffness", "modes", "modes_along", "motion", "orientation_workspace", "parse", "plan", "plan_along",
-    "plans", "pose", "read_path", "save", "schema", "simulate", "singularity_map", "singularity_report", "stiffness_map",
-    "straight", "switched", "through", "tilt", "tilts", "timed", "to_mjcf", "to_text", "to_urdf", "workspace", "workspaces",
-    "write", "write_mjcf", "write_urdf", "zyz_frame",
+    "plans", "pose", "read_path", "save", "schema", "simulate", "singularity_map", "singularity_report", "solid_check",
+    "stiffness_map", "straight", "switched", "through", "tilt", "tilts", "timed", "to_mjcf", "to_text", "to_urdf",
+    "workspace", "workspaces", "write", "write_mjcf", "write_urdf", "zyz_frame",
 ]  # fmt: skip
 
 

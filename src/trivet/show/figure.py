@@ -20,6 +20,7 @@ from trivet.show.mode_shapes import draw_modes
 from trivet.show.plan import draw_plans
 from trivet.show.response import draw_response
 from trivet.show.singularity import draw_singularities
+from trivet.show.solids import draw_solids
 from trivet.show.tilt import draw_tilts
 from trivet.show.workspace import draw_orientations, draw_workspaces
 from trivet.study.comparison import Comparison
@@ -35,6 +36,7 @@ from trivet.study.response_summary import ShownResponse
 from trivet.study.simulation import Simulation
 from trivet.study.singularity import SingularityReport
 from trivet.study.singularity_map import SingularityMap
+from trivet.study.solid_check import SolidCheck
 from trivet.study.stiffness_map import StiffnessMap
 from trivet.study.tilt import TiltReport, TiltStudy
 from trivet.study.whole_comparison import WholeComparison
@@ -47,8 +49,8 @@ def figure(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False
 
     Args:
         result: a Machine (at home), or what `pose`, `forward`, `singularity_report`, `stiffness_map`, `singularity_map`,
-            `compare`, `compare_dynamics`, `modes`, `frf`, `lobes`, `lobes_along`, `motion`, `simulate`, `tilt`, `workspace`,
-            `plan` or `cone` gave.
+            `compare`, `compare_dynamics`, `modes`, `frf`, `lobes`, `lobes_along`, `solid_check`, `motion`, `simulate`,
+            `tilt`, `workspace`, `plan` or `cone` gave.
         path: file to write; .png is a picture, .html a page that needs no network.
         overwrite: whether the file may be replaced.
 
@@ -123,6 +125,11 @@ def _(result: ShownResponse, path: str | os.PathLike[str], *, overwrite: bool = 
 @figure.register
 def _(result: Lobes | LobesAlong, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     draw_lobes(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: SolidCheck, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_solids(result, path, overwrite=overwrite)
 
 
 @figure.register

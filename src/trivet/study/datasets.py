@@ -25,6 +25,8 @@ from trivet.study.reach_datasets import orientation_dataset, tilt_datasets, work
 from trivet.study.response_summary import ShownResponse
 from trivet.study.simulation import Simulation
 from trivet.study.singularity_map import SingularityMap
+from trivet.study.solid_check import SolidCheck
+from trivet.study.solid_datasets import solid_dataset
 from trivet.study.stiffness_map import StiffnessMap
 from trivet.study.tilt import TiltReport, TiltStudy
 from trivet.study.vibration_datasets import dynamic_comparison_datasets, modes_dataset, response_dataset
@@ -108,7 +110,7 @@ def save(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False) 
 
     Args:
         result: what `stiffness_map`, `singularity_map`, `compare`, `compare_dynamics`, `modes`, `frf`, `lobes`, `lobes_along`,
-            `motion`, `simulate`, `tilt`, `workspace`, `plan` or `cone` gave.
+            `solid_check`, `motion`, `simulate`, `tilt`, `workspace`, `plan` or `cone` gave.
         path: file to write; it appears whole or not at all.
         overwrite: whether the file may be replaced.
 
@@ -149,6 +151,11 @@ def _(result: Lobes, path: str | os.PathLike[str], *, overwrite: bool = False) -
 @save.register
 def _(result: LobesAlong, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     write_netcdf(lobes_along_dataset(result), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: SolidCheck, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_netcdf(solid_dataset(result), path, overwrite=overwrite)
 
 
 @save.register

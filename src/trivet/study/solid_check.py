@@ -14,7 +14,15 @@ from trivet.solids.ends import ENDS, Ends
 from trivet.solids.parts import Solid, put_in, solids, wanted
 from trivet.statics.assembly import PLATFORM, Structure, assemble
 from trivet.statics.objective import AXES
-from trivet.study.frf import HIGHEST, MOST_FREQUENCIES, Minimum, least_damping, minimum_dynamic_stiffness, natural_frequencies
+from trivet.study.frf import (
+    AROUND,
+    HIGHEST,
+    MOST_FREQUENCIES,
+    Minimum,
+    least_damping,
+    minimum_dynamic_stiffness,
+    natural_frequencies,
+)
 from trivet.study.machines import MachineLike
 from trivet.study.pose import PoseReport, pose
 from trivet.vibration import spectral
@@ -27,8 +35,6 @@ from trivet.vibration.ritz import Ritz, ritz
 COARSER = 1.5
 """Elements of the mesh that tells how far the mesh matters, against those of the mesh itself."""
 LEAST_FINENESS, MOST_FINENESS = 0.5, 4.0
-ROOM = 1.3
-"""Natural frequencies are sought up to this many times the highest one, so that one that solids shift is not lost."""
 
 
 class Side(NamedTuple):
@@ -98,7 +104,7 @@ def solid_check(
             as in "leg.link=part.step"; all beams when None.  A part in a file has its axis along +x, from (0, 0, 0), the end
             nearer to the ground, to (length, 0, 0), and flat faces across it at both ends.
         low, high: range of frequencies, Hz.
-        points: equally spaced frequencies of the receptances.
+        points: equally spaced frequencies of the receptances; around the resonances of beams and of solids more are added.
         loss_factor: eta of all that has no loss factor of its own.
         fineness: of the meshes, 1, or more for smaller elements.
         ends: how the ends of solids follow the machine: "plane", their sections stay plane as those of beams do and are
@@ -116,9 +122,12 @@ def solid_check(
     of_beams = natural_frequencies(at, 0.0, high)
     fine, coarse = (solids(at.machine, structure, chosen, high, f, ends) for f in (fineness, fineness / COARSER))
     small, rough = (_reduced(at, structure, made, high) for made in (fine, coarse))
-    frequency, least = np.linspace(low, high, points), least_damping(at, loss_factor)
     inside = np.flatnonzero(of_beams >= low)
     inside = inside[inside < min(len(small.natural), len(rough.natural))]
+    least = least_damping(at, loss_factor)
+    resonances = np.r_[of_beams[inside], small.natural[inside]][:, None]
+    around = (resonances * (1 + max(least, 1e-6) / 2 * AROUND)).ravel()
+    frequency = np.unique(np.r_[np.linspace(low, high, points), around[(around > low) & (around < high)]])
 
     def answer(f: np.ndarray) -> np.ndarray:
         return np.abs(np.diagonal(small.receptance(f, loss_factor), axis1=1, axis2=2))
