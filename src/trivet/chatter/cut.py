@@ -109,6 +109,11 @@ class Cut:
         """Whether teeth are in the material over half a turn."""
         return self.exit - self.entry >= math.pi * (1 - 1e-6)
 
+    @property
+    def engaged(self) -> float:
+        """How many teeth are in the material, in the mean; below a half force comes in blows, with pauses between."""
+        return (self.exit - self.entry) / self.pitch
+
     def averaged(self, low: float, high: float) -> np.ndarray:
         """(2, 2): D of all teeth, F = a K_t D (dx, dy), averaged while one of them turns from immersion low to high (rad).
 

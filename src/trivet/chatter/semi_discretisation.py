@@ -15,16 +15,21 @@ import math
 
 import numpy as np
 import scipy.linalg
+import scipy.sparse.linalg
 
 from trivet.chatter.cut import Cut
 from trivet.chatter.modal import ModalModel
 
-FEWEST = 40
+FEWEST = 60
 """Intervals of a period."""
-PER_WAVE, PER_SHORTEST = 40, 10
+PER_WAVE, PER_SHORTEST = 60, 24
 """Intervals of a wave of the mode that is most flexible at resonance, and of the highest."""
-MOST = 400
+MOST = 600
 """Intervals at most; slower cutters have less of them per wave."""
+LARGEST_DENSE = 200
+"""Size of the map up to which all multipliers are found; above, the greatest by Arnoldi iterations."""
+LEADING, ARNOLDI = 6, 60
+"""Multipliers that are sought at once, and vectors for them."""
 STEP = 1.25
 """How much deeper a cut is than the one tried before, on the way to the first unstable one."""
 DEEPEST = 1e3
@@ -93,7 +98,19 @@ def _multiplier(model: ModalModel, forces: np.ndarray, step: float) -> float:
         rate = own[:, size + count :]
         state[:, before : before + count] += own[:, size : size + count] - rate
         state[:, after : after + count] += rate
-    return float(np.abs(scipy.linalg.eigvals(np.vstack([state, last]))).max())
+    return _radius(np.vstack([state, last]))
+
+
+def _radius(matrix: np.ndarray) -> float:
+    """Length of the greatest eigenvalue."""
+    if len(matrix) > LARGEST_DENSE:
+        start = np.cos(np.arange(len(matrix)) ** 2)  # any vector, but the same every time
+        try:
+            found = scipy.sparse.linalg.eigs(matrix, LEADING, v0=start, ncv=ARNOLDI, tol=1e-9, return_eigenvectors=False)
+            return float(np.abs(found).max())
+        except scipy.sparse.linalg.ArpackNoConvergence:
+            pass
+    return float(np.abs(scipy.linalg.eigvals(matrix)).max())
 
 
 def stable_depth(cut: Cut, model: ModalModel, speed: float, guess: float) -> float:
