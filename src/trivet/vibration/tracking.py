@@ -256,8 +256,7 @@ class _Way:
             if len({run_of[k] for k in targets}) > 1:
                 # Now it shows which mixtures go on; they are those of all places before.
                 cosines[own] = self._settle(own, cosines[np.ix_(own, targets)]) @ cosines[own]
-            for run in {run_of[k] for k in targets}:
-                loose.append([k for k in targets if run_of[k] == run])
+            loose += [[k for k in targets if run_of[k] == one] for one in {run_of[k] for k in targets}]
         turn = np.eye(len(sample.frequency))
         comes_from = {j: k for k, j in goes_to.items()}
         for run in runs:
