@@ -16,6 +16,7 @@ from trivet.show.dynamic_comparison import draw_dynamics, draw_whole
 from trivet.show.histories import draw_motion, draw_simulation
 from trivet.show.lobes import draw_lobes
 from trivet.show.maps import draw_map
+from trivet.show.mode_paths import draw_mode_paths
 from trivet.show.mode_shapes import draw_modes
 from trivet.show.plan import draw_plans
 from trivet.show.response import draw_response
@@ -28,6 +29,7 @@ from trivet.study.cone import ConePlan
 from trivet.study.dynamic_comparison import DynamicComparison
 from trivet.study.frf import FrequencyResponse
 from trivet.study.lobes import Lobes, LobesAlong
+from trivet.study.mode_paths import ModePaths
 from trivet.study.modes import ModesReport
 from trivet.study.motion import MotionReport
 from trivet.study.plan import Plan, PlanStudy
@@ -49,8 +51,8 @@ def figure(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False
 
     Args:
         result: a Machine (at home), or what `pose`, `forward`, `singularity_report`, `stiffness_map`, `singularity_map`,
-            `compare`, `compare_dynamics`, `modes`, `frf`, `lobes`, `lobes_along`, `solid_check`, `motion`, `simulate`,
-            `tilt`, `workspace`, `plan` or `cone` gave.
+            `compare`, `compare_dynamics`, `modes`, `modes_along`, `frf`, `lobes`, `lobes_along`, `solid_check`, `motion`,
+            `simulate`, `tilt`, `workspace`, `plan` or `cone` gave.
         path: file to write; .png is a picture, .html a page that needs no network.
         overwrite: whether the file may be replaced.
 
@@ -135,6 +137,11 @@ def _(result: SolidCheck, path: str | os.PathLike[str], *, overwrite: bool = Fal
 @figure.register
 def _(result: ModesReport, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     draw_modes(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: ModePaths, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_mode_paths(result, path, overwrite=overwrite)
 
 
 @figure.register

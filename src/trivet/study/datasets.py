@@ -17,6 +17,7 @@ from trivet.study.dynamic_comparison import DynamicComparison
 from trivet.study.dynamics_datasets import motion_dataset, simulation_dataset
 from trivet.study.frf import FrequencyResponse
 from trivet.study.lobes import Lobes, LobesAlong
+from trivet.study.mode_paths import ModePaths
 from trivet.study.modes import ModesReport
 from trivet.study.motion import MotionReport
 from trivet.study.plan import Plan, PlanStudy
@@ -29,7 +30,7 @@ from trivet.study.solid_check import SolidCheck
 from trivet.study.solid_datasets import solid_dataset
 from trivet.study.stiffness_map import StiffnessMap
 from trivet.study.tilt import TiltReport, TiltStudy
-from trivet.study.vibration_datasets import dynamic_comparison_datasets, modes_dataset, response_dataset
+from trivet.study.vibration_datasets import dynamic_comparison_datasets, mode_paths_dataset, modes_dataset, response_dataset
 from trivet.study.whole_comparison import WholeComparison
 from trivet.study.workspace import OrientationReport, WorkspaceReport, WorkspaceStudy
 
@@ -109,8 +110,8 @@ def save(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False) 
     """Write a result as labelled NetCDF with units and the machine file inside; a comparison has one group per machine.
 
     Args:
-        result: what `stiffness_map`, `singularity_map`, `compare`, `compare_dynamics`, `modes`, `frf`, `lobes`, `lobes_along`,
-            `solid_check`, `motion`, `simulate`, `tilt`, `workspace`, `plan` or `cone` gave.
+        result: what `stiffness_map`, `singularity_map`, `compare`, `compare_dynamics`, `modes`, `modes_along`, `frf`, `lobes`,
+            `lobes_along`, `solid_check`, `motion`, `simulate`, `tilt`, `workspace`, `plan` or `cone` gave.
         path: file to write; it appears whole or not at all.
         overwrite: whether the file may be replaced.
 
@@ -136,6 +137,11 @@ def _(result: SingularityMap, path: str | os.PathLike[str], *, overwrite: bool =
 @save.register
 def _(result: ModesReport, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     write_netcdf(modes_dataset(result), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: ModePaths, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_netcdf(mode_paths_dataset(result), path, overwrite=overwrite)
 
 
 @save.register

@@ -9,6 +9,7 @@ import numpy as np
 from trivet.results.netcdf import COMPONENTS, labelled
 from trivet.study.dynamic_comparison import TRANSLATIONS, DynamicComparison
 from trivet.study.frf import FrequencyResponse
+from trivet.study.mode_paths import ModePaths
 from trivet.study.mode_summary import total_mass
 from trivet.study.modes import ModesReport
 from trivet.study.pose import PoseReport
@@ -50,6 +51,45 @@ def modes_dataset(report: ModesReport) -> xr.Dataset:
             "beam": [beam.name for beam in structure.beams], "end": ("first", "second"),
         },
         working_mode=report.at.mode,
+    )  # fmt: skip
+
+
+def mode_paths_dataset(report: ModePaths) -> xr.Dataset:
+    """Branches of modes over the poses of a path, and where they meet."""
+    branches, met = report.branches, report.encounters
+    pairs = np.array([(one.first + 1, one.second + 1) for one in met], dtype=int).reshape(-1, 2)
+    twist = "1/sqrt(kg) along x, y, z; rad/(m sqrt(kg)) about rx, ry, rz"
+    return labelled(
+        report.machine,
+        {
+            "position": (("place", "axis"), report.poses[:, :3], "m", "platform centre in {O}"),
+            "azimuth": (("place",), report.poses[:, 3], "rad", "alpha of R = Rz(alpha) Ry(beta) Rz(gamma)"),
+            "tilt": (("place",), report.poses[:, 4], "rad", "beta"),
+            "roll": (("place",), report.poses[:, 5], "rad", "gamma"),
+            "frequency": (("place", "branch"), report.frequency, "Hz", "natural frequency; NaN above what is looked at"),
+            "mode_number": (
+                ("place", "branch"), branches.number + 1, "1", "which mode at that pose it is, by frequency from 1; 0 for none",
+            ),
+            "platform": (
+                ("place", "component", "branch"), report.platform, twist, "twist of the platform centre, modal mass 1",
+            ),
+            "least_mac": (("step", "branch"), branches.mac, "1", "least MAC on the way from pose to pose"),
+            "steps": (("step",), branches.steps, "1", "into how many steps the way from pose to pose was divided"),
+            "encounter_kind": (("encounter",), np.array([one.kind for one in met], dtype=object), "1", "what branches do"),
+            "encounter_place": (("encounter",), np.array([one.place for one in met], dtype=float), "1", "place on the path"),
+            "encounter_branches": (("encounter", "end"), pairs, "1", "branches that meet"),
+            "encounter_frequency": (("encounter",), np.array([one.frequency for one in met], dtype=float), "Hz", "where"),
+            "encounter_gap": (("encounter",), np.array([one.gap for one in met], dtype=float), "Hz", "between the branches"),
+            "encounter_exchange": (
+                ("encounter",), np.array([one.exchange for one in met], dtype=float), "rad", "turn of shapes into each other",
+            ),
+        },
+        {
+            "place": report.place, "axis": COMPONENTS[:3], "component": COMPONENTS,
+            "branch": range(1, report.frequency.shape[1] + 1), "end": ("first", "second"),
+        },
+        working_mode=report.mode,
+        doubts=len(branches.doubts),
     )  # fmt: skip
 
 

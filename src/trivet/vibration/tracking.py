@@ -220,7 +220,9 @@ class _Way:
         keep = mac >= KEPT
         for run in here.loose:
             # Whichever mixtures part, the lower number goes to the lower frequency.
-            rows[np.isin(rows, run) & keep] = np.sort(rows[np.isin(rows, run) & keep])
+            own = np.flatnonzero(np.isin(rows, run) & keep)
+            order = own[np.argsort(columns[own])]
+            columns[own], mac[own] = columns[order], mac[order]
         return _Step(here, place, sample, cosines, rows[keep], columns[keep], mac[keep])
 
     def _cut(self, step: _Step) -> float | None:
