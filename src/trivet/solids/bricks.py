@@ -23,6 +23,8 @@ CORE = 0.55
 """Where the corners of a rod's square core lie, against its radius."""
 MOST_ACROSS = 12
 """Elements along the longer side of a rectangle, against those along the shorter: beyond, they are longer than thick."""
+SHORTER = 4
+"""Elements at the ends, over one size of those between."""
 SAME = 1e-9
 """Distance of nodes, against the size of a section, below which they are one."""
 
@@ -51,16 +53,26 @@ def bricks(name: str, section: Section, length: float, fineness: float) -> Grid:
         InputError: for a section that is given by its numbers, or too many elements.
     """
     blocks, size = _blocks(name, section, fineness)
-    along = max(ACROSS, math.ceil(length / size))
-    if 4 * along * sum(b.counts[0] * b.counts[1] for b in blocks) > MOST_NODES:
+    if 4 * length / size * sum(b.counts[0] * b.counts[1] for b in blocks) > MOST_NODES:
         raise InputError(f"{name}: {length / size:.0f} elements along it; too many for a mesh of {MOST_NODES:,} nodes")
     flat, cells = _section(blocks, float(section.outline.width))
-    layers = np.arange(2 * along + 1) * (length / (2 * along))
+    corners = _stations(length, size)
+    along = len(corners) - 1
+    layers = np.interp(np.arange(2 * along + 1) / 2, np.arange(along + 1), corners)
     points = np.stack([np.repeat(layers, len(flat)), *np.tile(flat.T, len(layers))])
     # Two layers of nodes per element; of a cell 9 nodes in each of three layers.
     own = [cells[k] + len(flat) * layer for k, layer in _of_cell()]
     elements = np.concatenate([np.array(own) + 2 * len(flat) * k for k in range(along)], axis=1)
-    return grid(name, "hexahedra", points, elements, length, length / along)
+    return grid(name, "hexahedra", points, elements, length, size)
+
+
+def _stations(length: float, size: float) -> np.ndarray:
+    """Where layers of elements meet (m): of a size (m), shorter at the ends, where what a face holds dies away."""
+    ending = size * np.arange(SHORTER + 1) / SHORTER
+    if length <= 3 * size:
+        return np.linspace(0, length, max(2, math.ceil(SHORTER * length / size)) + 1)
+    middle = np.linspace(size, length - size, math.ceil(length / size - 2) + 1)
+    return np.concatenate([ending[:-1], middle, length - ending[-2::-1]])
 
 
 def _of_cell() -> list[tuple[int, int]]:

@@ -39,7 +39,7 @@ def elastic(grid: Grid, material: Material) -> Elastic:
     shear = float(material.shear_modulus)
     poisson = float(material.poisson_ratio)
     lame = 2 * shear * poisson / (1 - 2 * poisson)
-    values = np.array([np.broadcast_to(own[0].value, basis.dx.shape) for own in basis.basis])  # (i, e, q)
+    values = np.array([np.broadcast_to(np.asarray(own[0]), basis.dx.shape) for own in basis.basis])  # (i, e, q)
     slopes = np.array([own[0].grad for own in basis.basis])  # (i, 3, e, q)
     dofs = np.asarray(basis.element_dofs)
     size = 3 * grid.points.shape[1]

@@ -58,10 +58,10 @@ def face(grid: Grid, at: float) -> Face:
     if not len(facets):
         raise InputError(f"{grid.name}: no end face at x = {1e3 * at:g} mm; an end is plane, and across the x axis")
     basis = made.FacetBasis(grid.mesh, grid.mesh.elem(), facets=facets, intorder=4)
-    count, places = grid.points.shape[1], basis.global_coordinates().value - np.array([at, 0, 0])[:, None, None]
+    count, places = grid.points.shape[1], np.asarray(basis.global_coordinates()) - np.array([at, 0, 0])[:, None, None]
     shares, moments = np.zeros(count), np.zeros((count, 3))
     for own, dofs in zip(basis.basis, basis.element_dofs, strict=True):
-        weight = np.broadcast_to(own[0].value, basis.dx.shape) * basis.dx
+        weight = np.broadcast_to(np.asarray(own[0]), basis.dx.shape) * basis.dx
         np.add.at(shares, dofs, weight.sum(axis=1))
         np.add.at(moments, dofs, (weight * places).sum(axis=2).T)
     nodes = np.unique(grid.mesh.dofs.get_facet_dofs(facets).flatten())

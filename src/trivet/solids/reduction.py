@@ -21,8 +21,10 @@ from trivet.solids.grid import Grid
 
 BEYOND = 8.0
 """Cut-off of fixed-interface modes, against the highest frequency that is asked for."""
-BATCH, MOST_MODES = 24, 400
-"""Fixed-interface modes that are sought at first, and at most."""
+LEAST_MODES, MOST_MODES = 24, 400
+"""Fixed-interface modes of every solid but for the last of them and its like, also beyond the cut-off; and at most."""
+PAIR = 1e-3
+"""Relative difference of frequencies within which modes may be a pair."""
 
 
 class Reduced(NamedTuple):
@@ -35,7 +37,7 @@ class Reduced(NamedTuple):
     grid: Grid
     ends: Ends
     cut_off: float
-    """Hz: all fixed-interface modes below are among the internal coordinates."""
+    """Hz: all fixed-interface modes below are among the internal coordinates, and some beyond where these are few."""
     modes: np.ndarray
     """(i,) their frequencies, Hz."""
     weight: float
@@ -75,13 +77,14 @@ def reduced(grid: Grid, material: Material, highest: float, ends: Ends = "plane"
 def _held(
     name: str, stiffness: sp.csc_matrix, mass: sp.csc_matrix, factors: Any, cut_off: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies (i,) in Hz and shapes (n, i) of unit modal mass of a solid whose ends are held, up to the cut-off (Hz)."""
+    """Frequencies (i,) in Hz and shapes (n, i) of unit modal mass of a solid whose ends are held, those below the cut-off (Hz),
+    and some beyond where these are few."""
     size = stiffness.shape[0]
     if not mass.diagonal().any():
         return np.zeros(0), np.zeros((size, 0))
     inverse = scipy.sparse.linalg.LinearOperator((size, size), matvec=factors.solve)
     start = np.cos(np.arange(size) ** 2)  # any vector, but the same every time
-    count = min(BATCH, size // 2)
+    count = min(LEAST_MODES, size // 2)
     while True:
         squares, shapes = scipy.sparse.linalg.eigsh(stiffness, count, mass, sigma=0.0, OPinv=inverse, v0=start)
         frequencies = np.sqrt(np.sort(squares)) / (2 * math.pi)
@@ -93,7 +96,9 @@ def _held(
                 "frequency; lower that"
             )
         count = min(2 * count, MOST_MODES, size // 2)
-    own = np.argsort(squares)[frequencies <= cut_off]
+    # Never one of a pair alone: symmetric parts must stay symmetric.
+    last = frequencies[min(count, LEAST_MODES) - 1]
+    own = np.argsort(squares)[frequencies < max(cut_off, (1 - PAIR) * last)]
     normal = shapes[:, own]
     return frequencies[: len(own)], normal / np.sqrt(np.einsum("im,im->m", normal, mass @ normal))
 

@@ -17,7 +17,9 @@ ACROSS = 1.5
 ROUND = 12
 """Edges around a circle at fineness 1."""
 NEAR = 1e-6
-"""Against the length, how far from an end the box of a plane face may lie; gmsh's boxes have a margin."""
+"""Against the length, how far from an end a flat face may lie."""
+MARGIN = 1e-7
+"""By which gmsh's boxes are larger than what is in them, m."""
 TETRAHEDRON, PLANE = 11, "Plane"
 """gmsh's number for those with ten nodes, and its name of a flat face."""
 SYSTEM = {
@@ -73,9 +75,10 @@ def meshed(file: str, fineness: float) -> dict[str, np.ndarray]:
 def _check_ends(gmsh: Any) -> None:
     """The part begins at x = 0, and flat faces end it on both sides."""
     boxes = {tag: gmsh.model.occ.getBoundingBox(2, tag) for _, tag in gmsh.model.getEntities(2)}
+    boxes = {tag: (*(low + MARGIN for low in box[:3]), *(high - MARGIN for high in box[3:])) for tag, box in boxes.items()}
     flat = [box for tag, box in boxes.items() if gmsh.model.getType(2, tag) == PLANE]
     low, high = min(box[0] for box in boxes.values()), max(box[3] for box in boxes.values())
-    margin = NEAR * (high - low) + 2e-7
+    margin = NEAR * (high - low)
     for end, at in (("near", low), ("far", high)):
         if not any(abs(box[0] - at) < margin and abs(box[3] - at) < margin for box in flat):
             raise CannotError(

@@ -11,7 +11,7 @@ import scipy.sparse.linalg
 from trivet.vibration.mesh import Mesh
 from trivet.vibration.modes import held_modes
 
-BEYOND = 2.0
+BEYOND = 4.0
 """Modes up to this many times the highest frequency are kept."""
 BATCH = 60
 """Modes that are sought at first."""

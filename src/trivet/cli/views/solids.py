@@ -39,7 +39,7 @@ def tables(check: SolidCheck) -> Iterator[Any]:
 
 
 def _parts(check: SolidCheck) -> Table:
-    columns = ("", "mm", "from", "elements", "size mm", "coarser", "kg", "beam kg", "modes", "up to Hz")
+    columns = ("", "mm", "from", "elements", "size mm", "coarser", "kg", "beam kg", "modes", "all up to Hz")
     found = table("solids", *columns)
     found.columns[2].justify = "left"
     for solid, coarser in zip(check.parts, check.coarser_elements, strict=True):
