@@ -16,6 +16,9 @@ from trivet.study.lobes import LOWEST, RPM, Checked, Lobes, LobesAlong
 
 SHOWN = 10
 """Rows of a table over speeds."""
+LITTLE = 0.5
+"""Teeth in the material, in the mean, below which the zero-order approach is told not to be enough."""
+_LITTLE = "less than half a tooth is in the material, in the mean: the lobes leave out such as double the period"
 POSES = 40
 """Rows of a table of poses, at most."""
 
@@ -28,6 +31,8 @@ def tables(result: Lobes | LobesAlong, checked: list[Checked] | None = None) -> 
     at = result.at
     yield f"{where(at.machine.name, at.mode, at.position, at.angles)}\n{reached(at.miss)}\n{_setting(result)}"
     yield _lowest(result)
+    if result.cut.engaged < LITTLE:
+        yield f"{_LITTLE}; {'the check below counts them' if checked is not None else 'try --check'}"
     if not result.is_limited:
         yield _no_lobe(result)
     else:
@@ -116,6 +121,8 @@ def _along(result: LobesAlong) -> Iterator[Any]:
     yield f"{first.at.machine.name}, {mode_words(first.at.mode)}, {len(result.poses)} poses\n{_setting(first)}"
     worst = result.poses[result.worst]
     yield f"pose {result.worst + 1} is the worst; there {_lowest(worst)}"
+    if first.cut.engaged < LITTLE:
+        yield f"{_LITTLE}; try --check at single poses"
     found = table(
         "pose by pose", "", "x mm", "y mm", "z mm", "azimuth °", "tilt °", "roll °", "at every speed mm", "best rpm", "mm"
     )
