@@ -327,6 +327,15 @@ def test_frequencies_are_fine_enough() -> None:
     assert one.lowest_depth == pytest.approx(lowest(finer)[0], rel=1e-5)
 
 
+def test_branches_are_continuous() -> None:
+    """Roots turn round where they are cut; the eigenvalues of a branch do not jump to those of the other."""
+    frequency = np.linspace(5, 3000, 4000)
+    for cut in (Cut.of(0.02, 2, 0.01, "down", **FORCES), Cut.of(0.02, 4, 0.005, "up", **FORCES)):
+        found = branches(cut, frequency, spindle().receptance(frequency))
+        assert np.abs(np.diff(found.phase, axis=1)).max() < 0.05
+        assert np.abs(np.diff(found.gain, axis=1)).max() < 0.05 * found.gain.max()
+
+
 def test_what_limits_nothing() -> None:
     """A stiff tool far above the range, slow forces: no lobe."""
     frequency = np.linspace(5, 100, 50)
