@@ -76,8 +76,8 @@ def grows(cut: Cut, model: ModalModel, speeds: np.ndarray, depths: np.ndarray) -
 
 @pytest.mark.parametrize("teeth", [3, 4, 7])
 def test_one_mode_has_the_limit_of_the_closed_form(teeth: int) -> None:
-    """In a slot one mode along the feed sees the specific force K_s = N K_r K_t / 2 of a cut in line, for which Tlusty has
-    b = -1 / (2 K_s min Re G) = 2 k zeta (1 + zeta) / K_s; the direction of the mean force makes it half of that."""
+    """Tlusty's b = -1 / (2 K_s min Re G) = 2 k zeta (1 + zeta) / K_s; in a slot one mode along the feed sees the mean force
+    K_s = N K_r K_t / 4 of the teeth."""
     stiffness = 2e7
     cut = Cut.of(0.02, teeth, 0.02, tangential=7e8, radial_ratio=0.3)
     frequency = frequencies(single(stiffness))
