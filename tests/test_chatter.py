@@ -336,6 +336,16 @@ def test_branches_are_continuous() -> None:
         assert np.abs(np.diff(found.gain, axis=1)).max() < 0.05 * found.gain.max()
 
 
+def test_without_damping_no_depth_is_stable() -> None:
+    """A mode that the damping of other parts does not reach."""
+    cut = Cut.of(0.02, 4, 0.02, **FORCES)
+    undamped = dataclasses.replace(single(), damping=np.array([0.0]))
+    assert stable_depth(cut, undamped, 7000 * RPM, 1e-3) == 0
+    assert stable_depth(cut, single(), 7000 * RPM, 1e-3) > 1e-4
+    loose = ModalModel(np.array([1e4]), np.array([0.5]), np.array([[1e-6], [0.0]]))
+    assert stable_depth(cut, loose, 7000 * RPM, 1e-3) == math.inf
+
+
 def test_what_limits_nothing() -> None:
     """A stiff tool far above the range, slow forces: no lobe."""
     frequency = np.linspace(5, 100, 50)

@@ -127,6 +127,14 @@ def test_without_a_lobe_it_is_said(trivet: Any) -> None:
     assert json.loads(trivet(*options, "--json")[1])["depth_m"] == [None] * 20
 
 
+def test_damping_that_reaches_no_mode(trivet: Any) -> None:
+    """Clamped balls do not turn, so that their damping damps nothing: by semi-discretisation no depth is stable."""
+    undamped = ("--loss-factor", "0", "--set", "ball.loss_factor=0.1", "--check", "2")
+    code, out, err = trivet("lobes", "azulay", *CUT, *FEW, *undamped)
+    assert (code, err) == (0, "")
+    assert [row[2:] for row in rows(out, "lobes beside semi-discretisation")] == [["0.0000"], ["0.0000"]]
+
+
 def test_angles_instead_of_a_radial_depth(trivet: Any) -> None:
     angles = ("--diameter", "16 mm", "--teeth", "4", "--entry", "120 deg", "--exit", "180 deg", *CUT[-2:])
     found = json.loads(trivet("lobes", "azulay", *angles, *FEW, "--tilt", "0.3 rad", "--feed", "0.2 rad", "--json")[1])

@@ -17,6 +17,8 @@ from trivet.vibration.modes import Modes
 
 SLIGHT = 1e-3
 """Flexibility of a mode at resonance, against the greatest, below which it is left out."""
+LEAST_DAMPING = 1e-6
+"""Damping ratio as which none counts where modes are compared."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +31,12 @@ class ModalModel:
     """(m,) damping ratios zeta."""
     shapes: np.ndarray
     """(2, m) displacements along x and y, of unit modal mass, 1/sqrt(kg)."""
+
+    @property
+    def flexibility(self) -> np.ndarray:
+        """(m,) of every mode at its resonance, for comparisons, 2 m/N; undamped ones count as hardly damped."""
+        found: np.ndarray = (self.shapes**2).sum(axis=0) / (self.omega**2 * np.maximum(self.damping, LEAST_DAMPING))
+        return found
 
     def receptance(self, frequency: np.ndarray) -> np.ndarray:
         """(n, 2, 2) in the cutting plane at frequencies (n,) in Hz, m/N."""
@@ -55,7 +63,7 @@ def modal_model(found: Modes, point: ToolPoint, loss_factor: float, highest: flo
     dashed = np.einsum("im,im->m", shapes, mesh.viscosity @ shapes)
     damping = lost / (2 * omega**2) + dashed / (2 * omega)
     moved = point.rows @ found.platform[:, below]
-    flexibility = (moved**2).sum(axis=0) / (omega**2 * damping)
+    flexibility = ModalModel(omega, damping, moved).flexibility
     keep = flexibility > SLIGHT * flexibility.max(initial=0.0)
     if not keep.any():
         raise NoResultError(f"no mode up to {highest:g} Hz moves the tool in the cutting plane; take a higher frequency")

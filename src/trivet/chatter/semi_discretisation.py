@@ -33,7 +33,7 @@ LEADING, ARNOLDI = 6, 60
 STEP = 1.25
 """How much deeper a cut is than the one tried before, on the way to the first unstable one."""
 DEEPEST = 1e3
-"""Depth against the first guess up to which an unstable one is sought."""
+"""Depth against the first guess up to which an unstable one is sought, or down to which a stable one."""
 CLOSE = 1e-3
 """How closely, against it, the limit is told."""
 
@@ -50,7 +50,7 @@ def multiplier(cut: Cut, model: ModalModel, speed: float, depth: float, interval
     """
     delay = cut.pitch / speed
     if intervals is None:
-        softest = model.omega[np.argmax((model.shapes**2).sum(axis=0) / (model.omega**2 * model.damping))]
+        softest = model.omega[np.argmax(model.flexibility)]
         wanted = max(PER_WAVE * float(softest), PER_SHORTEST * float(model.omega.max())) * delay / (2 * math.pi)
         intervals = min(MOST, max(FEWEST, math.ceil(wanted)))
     ends = np.arange(intervals + 1) / intervals
@@ -114,7 +114,7 @@ def _radius(matrix: np.ndarray) -> float:
 
 
 def stable_depth(cut: Cut, model: ModalModel, speed: float, guess: float) -> float:
-    """Depth (m) at which the cut becomes unstable first, at a spindle speed (rad/s); infinite if it does not.
+    """Depth (m) at which the cut becomes unstable first, at a spindle speed (rad/s); infinite if it does not, 0 if any is.
 
     Depths are tried upwards from a tenth of a guess, in steps of `STEP`: an island of instability between two of them is
     missed.
@@ -122,6 +122,8 @@ def stable_depth(cut: Cut, model: ModalModel, speed: float, guess: float) -> flo
     depth = guess / 10
     while multiplier(cut, model, speed, depth) > 1:
         depth /= 10
+        if depth < guess / DEEPEST:
+            return 0.0
     stable = depth
     while multiplier(cut, model, speed, depth) <= 1:
         stable, depth = depth, depth * STEP

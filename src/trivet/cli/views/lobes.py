@@ -110,7 +110,7 @@ def _speeds(title: str, one: Lobes, places: np.ndarray) -> Any:
 def _checks(checked: list[Checked]) -> Any:
     found = table("lobes beside semi-discretisation", "rpm", "lobes mm", "semi-discretisation mm", "lobes by %", left=0)
     for row in checked:
-        both = math.isfinite(row.zero_order) and math.isfinite(row.semi_discretisation)
+        both = math.isfinite(row.zero_order) and 0 < row.semi_discretisation < math.inf
         apart = f"{100 * (row.zero_order / row.semi_discretisation - 1):+.1f}" if both else ""
         found.add_row(f"{row.speed / RPM:.1f}", depth_words(row.zero_order), depth_words(row.semi_discretisation), apart)
     return found
