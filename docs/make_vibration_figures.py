@@ -6,6 +6,7 @@ python docs/make_vibration_figures.py
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import radians
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from trivet.model import Machine
 from trivet.show.palette import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY
 from trivet.study.dynamic_comparison import AS_DESCRIBED, TRANSLATIONS, DynamicComparison
 from trivet.study.frf import FrequencyResponse
+from trivet.study.pathfile import PathFile, PathPose
 
 FIGURES = Path(__file__).parent / "figures"
 MACHINES = ("azulay", "eclipse", "alizade", "glozman")
@@ -159,7 +161,16 @@ def ranges_figure(found: DynamicComparison) -> None:
     figure.savefig(FIGURES / "dynamic-ranges.png", dpi=100)
 
 
+def path_figure() -> None:
+    x, y, z = trivet.load("gough-stewart").home.position
+    start = PathPose((x - 0.012, y + 0.004, z - 0.002), radians(40), radians(5), -radians(40))
+    end = PathPose((x + 0.012, y + 0.010, z - 0.004), radians(40), radians(5), -radians(30))
+    found = trivet.modes_along("gough-stewart", PathFile([start, end]), steps=24)
+    trivet.figure(found, FIGURES / "modes-along.png", overwrite=True)
+
+
 if __name__ == "__main__":
+    path_figure()
     machines_figure()
     links_figure()
     ranges_figure(trivet.compare_dynamics(*MACHINES))
