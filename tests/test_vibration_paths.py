@@ -41,8 +41,8 @@ def compiled(options: dict[str, int] | None) -> dict[str, Any]:
     """The kernels by name, compiled with options; with None they may stand inside what is compiled as a whole."""
     kernels = {
         "_samples": "effort",
-        "_between": ("power", "inverted", "alone"),
-        "_at_nodes": ("inverted", "alone"),
+        "_between": ("power", "is_real", "finish"),
+        "_at_nodes": "finish",
         "_arguments": None,
     }
     plain = {name: getattr(spectral, name).__wrapped__ for name in kernels}
@@ -155,7 +155,7 @@ def check_least_dynamic_stiffness(case: dict[str, Any]) -> None:
         np.testing.assert_allclose(minimum.stiffness, there, rtol=1e-8)
         if minimum.frequency < 2999:  # not at the end of the range
             assert low > there < high
-        assert 1 / minimum.stiffness >= np.abs(grid[:, k, k]).max()
+        assert 1 / minimum.stiffness >= np.abs(grid[:, k, k]).max() * (1 - 1e-9)  # interpolated between other nodes
     for minimum, (stiffness, frequency) in zip(found, list(case["mesh"]["min_dyn_N_per_um"].values())[:2], strict=False):
         np.testing.assert_allclose(minimum.stiffness, stiffness * 1e6, rtol=2e-3)
         np.testing.assert_allclose(minimum.frequency, frequency, rtol=2e-4)
@@ -323,7 +323,7 @@ def test_panels_of_a_plan_may_be_divided_beforehand(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(spectral, "LEAST", 0.0)
 
     def worst(plan: spectral.Plan) -> float:
-        found = spectral.kernel(machine, poses, stand, omega, LOSS, plan, inverted=True, alone=True)
+        found = spectral.kernel(machine, poses, stand, omega, LOSS, plan, spectral.Matrices(inverted=True, alone=True))
         return float(apart(machine, np.asarray(found)[::12], expected).max())
 
     assert worst(better) < 1e-8
@@ -469,7 +469,9 @@ def test_derivatives_with_respect_to_every_dimension(backward: bool, monkeypatch
 
     def size(values: Any) -> Any:
         own = eqx.combine(build(values), rest)
-        return jnp.abs(spectral.kernel(own, poses, stand, omega, LOSS, chosen, inverted=True)[0, 0, 2, 2])
+        return jnp.abs(
+            spectral.kernel(own, poses, stand, omega, LOSS, chosen, spectral.Matrices(inverted=True, alone=False))[0, 0, 2, 2]
+        )
 
     unit = np.eye(len(values))
     if backward:

@@ -117,7 +117,7 @@ def eliminated(matrix: Array, right: Array) -> tuple[Array, Array]:
     def column(k: Array, carry: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
         whole, logarithm, phase = carry
         own = jax.lax.dynamic_index_in_dim(whole, k, axis=-1, keepdims=False)
-        chosen = jnp.argmax(jnp.where(rows < k, -1.0, jnp.abs(own)), axis=-1)
+        chosen = jnp.argmax(jnp.where(rows < k, -1.0, _size(own)), axis=-1)
         is_chosen, is_k = rows == chosen[..., None], rows == k
         pivot_row = jnp.where(is_chosen[..., None], whole, 0).sum(axis=-2)
         displaced = jax.lax.dynamic_index_in_dim(whole, k, axis=-2, keepdims=False)
@@ -145,6 +145,11 @@ def _eliminated_slope(
     solved = product(undone, right)
     slope = product(undone, right_slope - product(matrix_slope, solved))
     return (solved, determinant), (slope, determinant * (undone * jnp.swapaxes(matrix_slope, -1, -2)).sum(axis=(-2, -1)))
+
+
+def _size(value: Array) -> Array:
+    """Absolute value, of complex numbers in the norm that takes no root."""
+    return jnp.abs(value.real) + jnp.abs(value.imag) if jnp.iscomplexobj(value) else jnp.abs(value)
 
 
 def product(first: Array, second: Array) -> Array:

@@ -3,8 +3,11 @@
 The stiffness of a chain is a ratio of entire functions of frequency (`vibration.spectral_chain`), which are as smooth at the
 resonances as between them.  So the range is cut into panels; in each a chain is solved at a few Chebyshev nodes, and numerator
 and denominator are interpolated (Berrut and Trefethen, SIAM Review 46:501, 2004): thousands of frequencies cost a small matrix
-product, and the error is little more than that of rounding.  The platform's inertia and the inverse are then taken at every
-frequency.
+product, and the error is little more than that of rounding.  The platform's inertia is then added at every frequency, and what
+is wanted is made of the sum (`Finish`).
+
+Where all that yields has one loss factor eta, the stiffness of a chain is (1 + i eta) D(omega^2 / (1 + i eta)), with D that of
+the chain without damping: a ratio of real functions, which are sampled as real numbers and interpolated at complex places.
 
 `receptance` and `dynamic_stiffness` are for numbers.  For derivatives call `standing`, `plan` and `divided` with numbers, and
 differentiate `kernel`.
@@ -15,7 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -38,6 +41,9 @@ from trivet.vibration.spectral_chain import Effort, Excitation, leg_dynamics, le
 
 NODES = 24
 """Nodes of a panel, twice as many where damping is viscous; also the least number of frequencies of a compiled call."""
+REAL_NODES = 18
+"""Nodes where the functions are real, which they are in a single panel only: without damping to fill the valleys of the
+denominators, rounding would drown more in a later one."""
 PANEL = 8.0
 """Wave numbers times lengths, of bending and of the rest, summed over a chain, which one panel of frequencies may add."""
 TERMS = 8
@@ -78,6 +84,36 @@ class Plan(NamedTuple):
     """Upper ends of the panels, rad/s."""
     power: int
     """The functions are smooth in this power of frequency: 2, or 1 where a joint has viscous damping."""
+    is_real: bool
+    """Whether the functions are sampled without damping: all that yields has the loss factor of the analysis, and there is one
+    panel."""
+
+
+class Finish(Protocol):
+    """What is made of the dynamic stiffness of a machine, to be hashed: kernels are compiled for it."""
+
+    @property
+    def axis(self) -> int:
+        """That of the frequencies in what is made."""
+        ...
+
+    def __call__(self, matrix: Symmetric, arms: Any) -> Array:
+        """From entries (p, n), complex, at the platform centre, in {O}; and whatever arrays (p,) were given with the poses."""
+        ...
+
+
+class Matrices(NamedTuple):
+    """6×6 matrices (p, n, 6, 6), or (n, 6, 6) of a pose that is alone."""
+
+    inverted: bool
+    """Receptance rather than dynamic stiffness."""
+    alone: bool
+    axis: int = -3
+
+    def __call__(self, matrix: Symmetric, arms: Any) -> Array:
+        one = Symmetric.of(6, [entry[0] for entry in matrix.upper()]) if self.alone else matrix
+        entries = (one.inverse() if self.inverted else one).full()
+        return jnp.stack([jnp.stack(row, axis=-1) for row in entries], axis=-2)
 
 
 class _Chains(NamedTuple):
@@ -135,14 +171,14 @@ def prepared(
     poses = jax.tree.map(lambda c: np.atleast_1d(np.asarray(c, dtype=float)), pose)
     stand = standing(machine, pose, signs)
     chosen = plan(machine, poses, stand, 2 * math.pi * highest)
-    alone, count = not np.ndim(pose.origin.x), len(poses.origin.x)
+    finish, count = Matrices(inverted, alone=not np.ndim(pose.origin.x)), len(poses.origin.x)
 
     def answer(frequency: Any) -> Array:
         omega = 2 * math.pi * np.asarray(frequency, dtype=float).ravel()
         found = []
         for start in range(0, count, CHUNK):
             some = poses if count <= CHUNK else jax.tree.map(lambda c, start=start: c[start : start + CHUNK], poses)
-            found.append(kernel(machine, some, stand, omega, loss_factor, chosen, inverted=inverted, alone=alone))
+            found.append(kernel(machine, some, stand, omega, loss_factor, chosen, finish))
         return jnp.concatenate(found) if len(found) > 1 else found[0]
 
     return answer
@@ -161,13 +197,16 @@ def plan(machine: Machine, poses: Frame, stand: Stand, highest: float) -> Plan:
     longest, bending, stretching = np.maximum(0.0, _arguments(machine, poses, stand, highest))
     segments = max(1, math.ceil(longest / PIECE))
     panels = max(1, math.ceil((bending + stretching) / PANEL))
-    viscous = any(isinstance(e, Joint) and e.viscosity is not None for c in machine.chains.values() for e in c.elements)
+    joints = [e for chain in machine.chains.values() for e in chain.elements if isinstance(e, Joint)]
+    viscous = any(joint.viscosity is not None for joint in joints)
+    others = any(owner.loss_factor is not None for owner in (*joints, *machine.materials.values()))
     # Bending waves shorten with the root of the frequency, those of stretching and torsion with the frequency itself:
     # panels of equal bending sqrt(x) + stretching x.
     shares = np.arange(1, panels + 1) / panels * (bending + stretching)
     roots = 2 * shares / np.maximum(bending + np.sqrt(bending**2 + 4 * stretching * shares), 1e-30)
     terms = -(-terms_for(longest / segments) // TERMS) * TERMS
-    return Plan(Effort(terms, segments), tuple(float(x) for x in highest * roots**2), 1 if viscous else 2)
+    edges = tuple(float(x) for x in highest * roots**2)
+    return Plan(Effort(terms, segments), edges, 1 if viscous else 2, panels == 1 and not (viscous or others))
 
 
 def kernel(
@@ -177,36 +216,37 @@ def kernel(
     omega: np.ndarray,
     loss_factor: Scalar,
     chosen: Plan,
-    *,
-    inverted: bool,
-    alone: bool = False,
+    finish: Finish,
+    arms: Any = None,
 ) -> Array:
-    """Receptance or dynamic stiffness (p, n, 6, 6) at frequencies (rad/s) which a plan covers.
+    """What is made of the dynamic stiffness at poses (p,) and frequencies (n,) (rad/s) which a plan covers.
 
-    Of a pose that is alone, (n, 6, 6).  JAX may trace the machine; then the panels are those of the plan: take one that is
-    `divided`.
+    JAX may trace the machine; then the panels are those of the plan: take one that is `divided`.
     """
     pieces, order = [], []
     left = list(_panels(omega, chosen))
     while left:
         places = left.pop()
         at = omega[places]
-        nodes, weights = _nodes(at, chosen.power)
-        samples = _samples(machine, poses, stand, nodes, loss_factor, chosen.effort)
+        nodes, weights = _nodes(at, chosen)
         if weights is None:
-            finished = _at_nodes(samples, nodes, inverted, alone)
+            samples = _samples(machine, poses, stand, nodes, loss_factor, chosen.effort)
+            finished = _at_nodes(samples, nodes, finish, arms)
         else:
+            samples = _samples(machine, poses, stand, nodes, None if chosen.is_real else loss_factor, chosen.effort)
             more = -len(places) % PADDED
             padded = np.pad(at, (0, more), mode="edge") if more else at
             # On its way before the samples are looked at, since it is seldom in vain.
-            finished = _between(samples, weights, nodes, padded, chosen.power, inverted, alone)
+            finished = _between(samples, weights, nodes, padded, loss_factor, chosen.power, chosen.is_real, finish, arms)
             if not isinstance(samples.least, jax.core.Tracer) and _is_steep(samples, at):
                 is_low = at < at.max() * LOWER
                 left += [places[is_low], places[~is_low]]
                 continue
-        pieces.append(finished if finished.shape[-3] == len(places) else finished[..., : len(places), :, :])
+        pieces.append(jax.lax.slice_in_dim(finished, 0, len(places), axis=finish.axis))
         order.append(places)
-    return pieces[0] if len(pieces) == 1 else jnp.concatenate(pieces, axis=-3)[..., np.argsort(np.concatenate(order)), :, :]
+    if len(pieces) == 1:
+        return pieces[0]
+    return jnp.take(jnp.concatenate(pieces, axis=finish.axis), np.argsort(np.concatenate(order)), axis=finish.axis)
 
 
 def divided(machine: Machine, poses: Frame, stand: Stand, omega: np.ndarray, loss_factor: Scalar, chosen: Plan) -> Plan:
@@ -214,8 +254,9 @@ def divided(machine: Machine, poses: Frame, stand: Stand, omega: np.ndarray, los
     edges, left = list(chosen.edges), [omega[places] for places in _panels(omega, chosen)]
     while left:
         at = left.pop()
-        nodes, weights = _nodes(at, chosen.power)
-        if weights is not None and _is_steep(_samples(machine, poses, stand, nodes, loss_factor, chosen.effort), at):
+        nodes, weights = _nodes(at, chosen)
+        loss = None if chosen.is_real else loss_factor
+        if weights is not None and _is_steep(_samples(machine, poses, stand, nodes, loss, chosen.effort), at):
             edges.append(float(at.max() * LOWER))
             left += [at[at < edges[-1]], at[at >= edges[-1]]]
     return chosen._replace(edges=tuple(sorted(edges)))
@@ -235,13 +276,15 @@ def _panels(omega: np.ndarray, chosen: Plan) -> Iterator[np.ndarray]:
             yield places
 
 
-def _nodes(omega: np.ndarray, power: int) -> tuple[np.ndarray, np.ndarray | None]:
+def _nodes(omega: np.ndarray, chosen: Plan) -> tuple[np.ndarray, np.ndarray | None]:
     """Nodes (rad/s) for the frequencies of a panel, and their weights; None where the frequencies are the nodes."""
-    count = NODES * 2 // power
-    if len(omega) <= count:
-        return np.pad(omega, (0, count - len(omega)), mode="edge"), None
+    power = chosen.power
+    if len(omega) <= NODES * 2 // power:
+        return np.pad(omega, (0, NODES * 2 // power - len(omega)), mode="edge"), None
+    count = REAL_NODES if chosen.is_real else NODES * 2 // power
     low, high = omega.min() ** power, omega.max() ** power
-    low = min(low, high * (1 - NARROW))
+    # The places where real functions are wanted lie beside the axis, as far as damping leads them from it.
+    low = 0.0 if chosen.is_real else min(low, high * (1 - NARROW))
     angle = (2 * np.arange(count) + 1) * np.pi / (2 * count)
     nodes = (low + high) / 2 + (high - low) / 2 * np.cos(angle)
     return nodes ** (1 / power), (-1.0) ** np.arange(count) * np.sin(angle)
@@ -270,8 +313,10 @@ def _over_chains(machine: Machine, poses: Frame, stand: Stand, work: Callable[[L
 
 
 @partial(jax.jit, static_argnames="effort")
-def _samples(machine: Machine, poses: Frame, stand: Stand, omega: Array, loss_factor: Scalar, effort: Effort) -> _Samples:
-    """The machine at the nodes (rad/s)."""
+def _samples(
+    machine: Machine, poses: Frame, stand: Stand, omega: Array, loss_factor: Scalar | None, effort: Effort
+) -> _Samples:
+    """The machine at the nodes (rad/s); without damping where no loss factor is given."""
     excitation = Excitation(jnp.asarray(omega), loss_factor)
 
     def sample(leg: Leg, pose: Frame, posture: Posture) -> _Chains:
@@ -293,40 +338,57 @@ def _samples(machine: Machine, poses: Frame, stand: Stand, omega: Array, loss_fa
     return _Samples(chains, platform_inertia(machine, poses)[:, UPPER[0], UPPER[1]], least)
 
 
-@partial(jax.jit, static_argnames=("inverted", "alone"))
-def _at_nodes(samples: _Samples, nodes: Array, inverted: bool, alone: bool) -> Array:
-    """(p, nodes, 6, 6), or (nodes, 6, 6): stiffness of chains and platform together at the nodes, or its inverse."""
+@partial(jax.jit, static_argnames="finish")
+def _at_nodes(samples: _Samples, nodes: Array, finish: Finish, arms: Any) -> Array:
+    """What is made of the stiffness of chains and platform together at the nodes."""
     total: Any = sum(jnp.einsum("cpnm,cpmu->pun", chains.stiffness, chains.spread) for chains in samples.chains)
-    return _finished(total - samples.inertia[..., None] * jnp.square(nodes), inverted, alone)
+    return finish(_with_platform(total, samples, nodes), arms)
 
 
-@partial(jax.jit, static_argnames=("power", "inverted", "alone"))
-def _between(samples: _Samples, weights: Array, nodes: Array, omega: Array, power: int, inverted: bool, alone: bool) -> Array:
-    """(p, n, 6, 6), or (n, 6, 6): the same at frequencies between the nodes."""
-    scaled_nodes, places = nodes**power, omega**power
+@partial(jax.jit, static_argnames=("power", "is_real", "finish"))
+def _between(
+    samples: _Samples,
+    weights: Array,
+    nodes: Array,
+    omega: Array,
+    loss_factor: Scalar,
+    power: int,
+    is_real: bool,
+    finish: Finish,
+    arms: Any,
+) -> Array:
+    """The same at frequencies between the nodes."""
+    elastic = 1 + 1j * jnp.asarray(loss_factor) if is_real else 1.0
+    scaled_nodes, places = nodes**power, omega**power / elastic
     apart = places - scaled_nodes[:, None]
     cauchy = weights[:, None] / jnp.where(apart == 0, COINCIDING * scaled_nodes[:, None], apart)
     total: Any = 0
     for chains in samples.chains:
         denominator = chains.denominator[..., None]
-        both = jnp.concatenate([chains.stiffness * denominator, denominator], axis=-1)
+        both = jnp.moveaxis(jnp.concatenate([chains.stiffness * denominator, denominator], axis=-1), 2, -1)
         # Real and imaginary parts apart: a complex product with real factors would do twice the work, a quotient far more.
-        parts = jnp.moveaxis(jnp.concatenate([both.real, both.imag], axis=-1), 2, -1)
-        real, imag = jnp.split((parts.reshape(-1, len(nodes)) @ cauchy).reshape(*parts.shape[:-1], -1), 2, axis=2)
+        if is_real:
+            real, imag = jnp.split(_along_nodes(both, jnp.concatenate([cauchy.real, cauchy.imag], axis=-1)), 2, axis=-1)
+        else:
+            real, imag = jnp.split(_along_nodes(jnp.concatenate([both.real, both.imag], axis=2), cauchy), 2, axis=2)
         shrunk = 1 / (real[..., -1:, :] ** 2 + imag[..., -1:, :] ** 2)
         below = real[..., -1:, :] * shrunk, imag[..., -1:, :] * shrunk
         real, imag = real[..., :-1, :], imag[..., :-1, :]
         quotient = jnp.concatenate([real * below[0] + imag * below[1], imag * below[0] - real * below[1]], axis=-1)
         total += jnp.einsum("cpmf,cpmu->puf", quotient, chains.spread)
-    upper = jax.lax.complex(total[..., : len(omega)], total[..., len(omega) :])
-    return _finished(upper - samples.inertia[..., None] * jnp.square(omega), inverted, alone)
+    chain_stiffness = elastic * jax.lax.complex(total[..., : len(omega)], total[..., len(omega) :])
+    return finish(_with_platform(chain_stiffness, samples, omega), arms)
 
 
-def _finished(upper: Array, inverted: bool, alone: bool) -> Array:
-    """Matrices (p, n, 6, 6), or (n, 6, 6), of upper triangles (p, 21, n), or their inverses."""
-    matrix = Symmetric.of(6, [upper[0, k] if alone else upper[:, k] for k in range(21)])
-    entries = (matrix.inverse() if inverted else matrix).full()
-    return jnp.stack([jnp.stack(row, axis=-1) for row in entries], axis=-2)
+def _along_nodes(values: Array, factors: Array) -> Array:
+    """Values (..., nodes) times factors (nodes, n)."""
+    return (values.reshape(-1, values.shape[-1]) @ factors).reshape(*values.shape[:-1], -1)
+
+
+def _with_platform(upper: Array, samples: _Samples, omega: Array) -> Symmetric:
+    """The dynamic stiffness from the upper triangle (p, 21, n) of that of the chains."""
+    whole = upper - samples.inertia[..., None] * jnp.square(omega)
+    return Symmetric.of(6, [whole[:, k] for k in range(21)])
 
 
 @jax.jit

@@ -49,8 +49,9 @@ class Excitation(NamedTuple):
 
     omega: Array
     """(n,), rad/s."""
-    loss_factor: Scalar
-    """Structural damping eta of all stiffnesses that have none of their own, k (1 + i eta)."""
+    loss_factor: Scalar | None
+    """Structural damping eta of all stiffnesses that have none of their own, k (1 + i eta); None for a chain without damping,
+    whose functions are real."""
 
     @property
     def square(self) -> Array:
@@ -59,7 +60,12 @@ class Excitation(NamedTuple):
 
     def elastic(self, own: Scalar | None) -> Scalar:
         """1 + i eta of a stiffness, with a loss factor of its own or without."""
-        return 1 + 1j * (self.loss_factor if own is None else own)
+        return 1.0 if self.loss_factor is None else 1 + 1j * (self.loss_factor if own is None else own)
+
+    @property
+    def dtype(self) -> type:
+        """Of the functions of frequency."""
+        return float if self.loss_factor is None else complex
 
 
 class Effort(NamedTuple):
@@ -113,7 +119,7 @@ def leg_dynamics(leg: Leg, pose: Frame, posture: Posture, stock: Stock, excitati
     open_end: tuple[Twist, ...] = ()
     # Unit wrenches of the ground along any axes are as good as others: those of the first beam.
     axes = {k: _axes(part) for k, part in enumerate(found) if isinstance(part, Bar)}
-    still = jnp.eye(12, 6, -6, dtype=complex).reshape(4, 3, 6)
+    still = jnp.eye(12, 6, -6, dtype=excitation.dtype).reshape(4, 3, 6)
     front = _Front(jnp.broadcast_to(still, (*count, 4, 3, 6)), (), None, next(iter(axes.values()), None))
     for k, part in enumerate(found):
         if isinstance(part, Tie):
@@ -277,7 +283,7 @@ def _passed(front: _Front, bar: Bar, stock: Stock, excitation: Excitation, effor
 def _renewed(front: _Front) -> _Front:
     """The same states as new unknowns, which conditions tie to the old ones."""
     flat = _flat(front.states)
-    fresh = jnp.broadcast_to(jnp.eye(12, dtype=complex), (*flat.shape[:-1], 12))
+    fresh = jnp.broadcast_to(jnp.eye(12, dtype=flat.dtype), (*flat.shape[:-1], 12))
     tied = jnp.concatenate([flat, -fresh], axis=-1)
     renewed = jnp.concatenate([jnp.zeros_like(flat), fresh], axis=-1)
     states = renewed.reshape(*front.states.shape[:-1], renewed.shape[-1])
