@@ -30,7 +30,10 @@ def run_command(line: str) -> None:
     assert done.returncode == code, f"{line}\n{done.stdout}\n{done.stderr}"
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+NEEDS = {"solids.md": pytest.mark.peer("scikit-fem", module="skfem")}
+
+
+@pytest.mark.parametrize("page", [pytest.param(page, id=page.name, marks=NEEDS.get(page.name, ())) for page in PAGES])
 def test_examples_work(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Block after block in one folder; a machine file lies there under its name when the next block runs."""
     monkeypatch.chdir(tmp_path)
