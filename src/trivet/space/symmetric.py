@@ -87,6 +87,27 @@ class Symmetric:
                     result[i, indices[b]] = inner[a, b]
         return result
 
+    def products(self, columns: Sequence[Sequence[Scalar]], pairs: Sequence[tuple[int, int]]) -> list[Scalar]:
+        """a^T M^-1 b of pairs (a, b) of columns, by elimination from the last row to the first, without the inverse."""
+        rows, left = [list(row) for row in self.full()], [list(column) for column in columns]
+        found: list[Scalar] = [0] * len(pairs)
+        for last in reversed(range(self.size)):
+            pivot = rows[last][last]
+            for k, (a, b) in enumerate(pairs):
+                product = mul(left[a][last], left[b][last])
+                found[k] = add(found[k], 0 if is_zero(product) else product / pivot)
+            for i in range(last):
+                if not is_zero(rows[i][last]):
+                    share = rows[i][last] / pivot
+                    for j in range(i + 1):
+                        rows[i][j] = sub(rows[i][j], mul(share, rows[last][j]))
+                    for column in left:
+                        column[i] = sub(column[i], mul(share, column[last]))
+            for i in range(last):
+                for j in range(i):
+                    rows[j][i] = rows[i][j]
+        return found
+
     def full(self) -> tuple[tuple[Scalar, ...], ...]:
         """All entries by rows."""
         return tuple(tuple(self[i, j] for j in range(self.size)) for i in range(self.size))

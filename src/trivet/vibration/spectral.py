@@ -290,14 +290,17 @@ def _nodes(omega: np.ndarray, chosen: Plan) -> tuple[np.ndarray, np.ndarray | No
     return nodes ** (1 / power), (-1.0) ** np.arange(count) * np.sin(angle)
 
 
-def _over_chains(machine: Machine, poses: Frame, stand: Stand, work: Callable[[Leg, Frame, Posture], _T]) -> list[_T]:
-    """What some work gives for every chain of the file, with the axes (copies, poses) in front."""
+def _over_chains(
+    machine: Machine, poses: Frame, stand: Stand, omega: Any, work: Callable[[Leg, Frame, Posture, Any], _T]
+) -> list[_T]:
+    """What some work gives for every chain of the file, with the axes (copies, poses) in front; see `_samples` for omega."""
     found, first = [], 0
     for _, chain in sorted(machine.chains.items()):
 
-        def one(rotation: Scalar, own: Stand, pose: Frame, chain: Chain = chain) -> _T:
+        def one(rotation: Scalar, own: Stand, pose: Frame, omega: Any, chain: Chain = chain) -> _T:
             leg = Leg.standing(chain, rotation)
-            return work(leg, pose, inverse(leg, pose, own.signs) if own.postures is None else own.postures)  # type: ignore[arg-type]
+            posture = inverse(leg, pose, own.signs) if own.postures is None else own.postures
+            return work(leg, pose, posture, omega)  # type: ignore[arg-type]
 
         copies = slice(first, first + chain.copies)
         first = copies.stop
@@ -307,8 +310,8 @@ def _over_chains(machine: Machine, poses: Frame, stand: Stand, work: Callable[[L
         else:
             own = Stand(None, jax.tree.map(lambda *c: jnp.stack(c), *stand.postures[copies]))
             axes = Stand(None, 0)  # type: ignore[arg-type]
-        over_poses = jax.vmap(one, in_axes=(None, axes, 0))
-        found.append(jax.vmap(over_poses, in_axes=(0, 0, None))(rotations, own, poses))
+        over_poses = jax.vmap(one, in_axes=(None, axes, 0, 0 if np.ndim(omega) == 2 else None))
+        found.append(jax.vmap(over_poses, in_axes=(0, 0, None, None))(rotations, own, poses, omega))
     return found
 
 
@@ -316,11 +319,10 @@ def _over_chains(machine: Machine, poses: Frame, stand: Stand, work: Callable[[L
 def _samples(
     machine: Machine, poses: Frame, stand: Stand, omega: Array, loss_factor: Scalar | None, effort: Effort
 ) -> _Samples:
-    """The machine at the nodes (rad/s); without damping where no loss factor is given."""
-    excitation = Excitation(jnp.asarray(omega), loss_factor)
+    """The machine at nodes (n,), or at those of every pose (p, n) (rad/s); without damping where no loss factor is given."""
 
-    def sample(leg: Leg, pose: Frame, posture: Posture) -> _Chains:
-        part = leg_dynamics(leg, pose, posture, machine.stock, excitation, effort)
+    def sample(leg: Leg, pose: Frame, posture: Posture, omega: Array) -> _Chains:
+        part = leg_dynamics(leg, pose, posture, machine.stock, Excitation(omega, loss_factor), effort)
         arm = pose.direction(leg.platform_frame().origin)
         carried = [w.carried(posture.heading, arm) for w in part.wrenches]
         wrenches = [jnp.stack([jnp.asarray(c, dtype=float) for c in (*w.force, *w.moment)]) for w in carried]
@@ -333,14 +335,14 @@ def _samples(
         spread = both.reshape(-1, 36) @ np.eye(36)[:, 6 * UPPER[0] + UPPER[1]]
         return _Chains(jnp.where(posture.reach < 0, jnp.nan, entries), part.denominator, spread)
 
-    chains = _over_chains(machine, poses, stand, sample)
+    chains = _over_chains(machine, poses, stand, jnp.asarray(omega), sample)
     least = jnp.stack([jnp.nanmin(jnp.abs(c.denominator)) for c in chains]).min()
     return _Samples(chains, platform_inertia(machine, poses)[:, UPPER[0], UPPER[1]], least)
 
 
 @partial(jax.jit, static_argnames="finish")
 def _at_nodes(samples: _Samples, nodes: Array, finish: Finish, arms: Any) -> Array:
-    """What is made of the stiffness of chains and platform together at the nodes."""
+    """What is made of the stiffness of chains and platform together at the nodes, (n,) or (p, n)."""
     total: Any = sum(jnp.einsum("cpnm,cpmu->pun", chains.stiffness, chains.spread) for chains in samples.chains)
     return finish(_with_platform(total, samples, nodes), arms)
 
@@ -357,7 +359,29 @@ def _between(
     finish: Finish,
     arms: Any,
 ) -> Array:
-    """The same at frequencies between the nodes."""
+    """The same at frequencies between the nodes, of many poses at `PADDED` frequencies at a time, which a cache can hold."""
+
+    def some(omega: Array) -> Array:
+        return _interpolated(samples, weights, nodes, omega, loss_factor, power, is_real, finish, arms)
+
+    if len(omega) <= PADDED or len(samples.inertia) == 1:
+        return some(omega)
+    found = jnp.moveaxis(jax.lax.map(some, omega.reshape(-1, PADDED)), 0, finish.axis - 1)
+    axis = found.ndim + finish.axis
+    return found.reshape(*found.shape[: axis - 1], len(omega), *found.shape[axis + 1 :])
+
+
+def _interpolated(
+    samples: _Samples,
+    weights: Array,
+    nodes: Array,
+    omega: Array,
+    loss_factor: Scalar,
+    power: int,
+    is_real: bool,
+    finish: Finish,
+    arms: Any,
+) -> Array:
     elastic = 1 + 1j * jnp.asarray(loss_factor) if is_real else 1.0
     scaled_nodes, places = nodes**power, omega**power / elastic
     apart = places - scaled_nodes[:, None]
@@ -387,7 +411,7 @@ def _along_nodes(values: Array, factors: Array) -> Array:
 
 def _with_platform(upper: Array, samples: _Samples, omega: Array) -> Symmetric:
     """The dynamic stiffness from the upper triangle (p, 21, n) of that of the chains."""
-    whole = upper - samples.inertia[..., None] * jnp.square(omega)
+    whole = upper - samples.inertia[..., None] * jnp.square(omega)[..., None, :]
     return Symmetric.of(6, [whole[:, k] for k in range(21)])
 
 
@@ -395,12 +419,12 @@ def _with_platform(upper: Array, samples: _Samples, omega: Array) -> Symmetric:
 def _arguments(machine: Machine, poses: Frame, stand: Stand, omega: Scalar) -> Array:
     """(3,): wave numbers times lengths, the greatest over all poses: of a beam; of bending and of stretching, over a chain."""
 
-    def arguments(leg: Leg, pose: Frame, posture: Posture) -> Array:
+    def arguments(leg: Leg, pose: Frame, posture: Posture, omega: Scalar) -> Array:
         bars = [p for p in leg_parts(leg, pose, posture, machine.stock) if isinstance(p, Bar)]
         own = [wave_numbers(uniform(b.profile, machine.stock), omega) * jnp.abs(jnp.asarray(b.length)) for b in bars]
         return jnp.stack([jnp.zeros(2), *own])
 
-    found = _over_chains(machine, poses, stand, arguments)
+    found = _over_chains(machine, poses, stand, omega, arguments)
     longest = jnp.stack([jnp.nanmax(a) for a in found]).max()
     together = jnp.stack([jnp.nanmax(a.sum(axis=-2), axis=(0, 1)) for a in found]).max(axis=0)
     return jnp.stack([longest, *together])
