@@ -11,12 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from trivet.errors import InputError, nearest
-from trivet.model.elements import Beam, Joint, Prismatic
 from trivet.statics.assembly import assemble
 from trivet.statics.objective import AXES
 from trivet.study.machines import MachineLike
 from trivet.study.pose import PoseReport, pose
 from trivet.vibration import spectral
+from trivet.vibration.damping import least_damping, own_damping
 from trivet.vibration.exact import pieces
 from trivet.vibration.mesh import mesh
 from trivet.vibration.modes import exact_frequencies, held_modes
@@ -30,8 +30,6 @@ BATCH = 40
 """Modes that are asked for at first."""
 POLISHED = 100
 """Natural frequencies that are freed of the error of the mesh, one by one."""
-SLIGHT = 1e-3
-"""Loss factor as which a dashpot counts where the width of a resonance is asked: what it adds depends on the mode."""
 AROUND = np.linspace(-3, 3, 25)
 """Where, in half-power widths from a resonance, a response is looked at besides its regular frequencies."""
 
@@ -83,12 +81,12 @@ class FrequencyResponse:
     @property
     def has_own_damping(self) -> bool:
         """Whether some parts have a loss factor of their own, or a dashpot."""
-        return bool(own_damping(self.at))
+        return bool(own_damping(self.at.machine))
 
     @property
     def is_bounded(self) -> bool:
         """Whether anything is damped: without, a response has no bound at a natural frequency."""
-        return least_damping(self.at, self.loss_factor) > 0
+        return least_damping(self.at.machine, self.loss_factor) > 0
 
     @cached_property
     def minima(self) -> list[Minimum]:
@@ -98,7 +96,7 @@ class FrequencyResponse:
             lambda f: np.abs(self._evaluated(f)[:, diagonal, diagonal]),
             float(self.frequency[0]),
             float(self.frequency[-1]),
-            least_damping(self.at, self.loss_factor),
+            least_damping(self.at.machine, self.loss_factor),
         )
         return [_minimum(axis, peak) for axis, peak in zip(AXES, peaks, strict=True)]
 
@@ -167,7 +165,7 @@ def frf(
         raise InputError(f"loss factor: {loss_factor:g}; expected 0 or more, and below 2")
     at = pose(machine, position, azimuth, tilt, roll, mode=mode, anyway=anyway)
     natural = natural_frequencies(at, low, high)
-    width = natural[:, None] * max(least_damping(at, loss_factor), 1e-6) / 2
+    width = natural[:, None] * max(least_damping(at.machine, loss_factor), 1e-6) / 2
     around = (natural[:, None] + width * AROUND).ravel()
     frequency = np.unique(np.r_[np.linspace(low, high, points), around[(around > low) & (around < high)]])
     answer = receptance(
@@ -194,7 +192,9 @@ def minimum_dynamic_stiffness(
     """
     answer = spectral.prepared(at.machine, at.frame, at.signs, high, loss_factor)
     diagonal = range(6)
-    peaks = greatest(lambda f: np.abs(np.asarray(answer(f))[:, diagonal, diagonal]), low, high, least_damping(at, loss_factor))
+    peaks = greatest(
+        lambda f: np.abs(np.asarray(answer(f))[:, diagonal, diagonal]), low, high, least_damping(at.machine, loss_factor)
+    )
     return [_minimum(axis, peak) for axis, peak in zip(AXES, peaks, strict=True)]
 
 
@@ -224,18 +224,3 @@ def directions(name: str) -> tuple[str, str]:
 
 def _minimum(axis: str, peak: Peak) -> Minimum:
     return Minimum(axis, 1 / peak.size, peak.frequency)
-
-
-def least_damping(at: PoseReport, loss_factor: float) -> float:
-    """The least loss factor above zero, of the analysis or of any part; zero where nothing at all is damped."""
-    return min((value for value in (loss_factor, *own_damping(at)) if value > 0), default=0.0)
-
-
-def own_damping(at: PoseReport) -> list[float]:
-    """Loss factors of the parts that have their own, or dashpots."""
-    elements = [e for chain in at.machine.chains.values() for e in chain.elements]
-    joints = [e for e in elements if isinstance(e, Joint)]
-    profiles = [e.profile for e in elements if isinstance(e, Beam)]
-    profiles += [e.beam for e in elements if isinstance(e, Prismatic) and e.beam is not None]
-    own = [*(j.loss_factor for j in joints), *(at.machine.materials[p.material].loss_factor for p in profiles)]
-    return [float(value) for value in own if value is not None] + [SLIGHT for j in joints if j.viscosity]

@@ -17,11 +17,12 @@ from trivet.chatter.semi_discretisation import stable_depth
 from trivet.chatter.tool_point import ToolPoint, tool_point
 from trivet.chatter.zero_order import Limits, branches, limits, lowest
 from trivet.errors import InputError, NoResultError
-from trivet.study.frf import BATCH, HIGHEST, least_damping
+from trivet.study.frf import BATCH, HIGHEST
 from trivet.study.machines import MachineLike, choose
 from trivet.study.pathfile import PathFile, read_path
 from trivet.study.pose import PoseReport, pose
 from trivet.vibration import spectral
+from trivet.vibration.damping import least_damping
 from trivet.vibration.modes import Modes, modes
 
 LOWEST = 5.0
@@ -209,7 +210,7 @@ def lobes(
     """
     _check(slowest, fastest, points, highest, loss_factor, feed)
     at = pose(machine, position, azimuth, tilt, roll, mode=mode, anyway=anyway)
-    damping = least_damping(at, loss_factor)
+    damping = least_damping(at.machine, loss_factor)
     if not damping > 0:
         raise InputError(f"loss factor: {loss_factor:g}, and no part has its own; what is not damped chatters at any depth")
     natural = _modes(at, highest)

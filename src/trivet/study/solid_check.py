@@ -19,13 +19,13 @@ from trivet.study.frf import (
     HIGHEST,
     MOST_FREQUENCIES,
     Minimum,
-    least_damping,
     minimum_dynamic_stiffness,
     natural_frequencies,
 )
 from trivet.study.machines import MachineLike
 from trivet.study.pose import PoseReport, pose
 from trivet.vibration import spectral
+from trivet.vibration.damping import least_damping
 from trivet.vibration.exact import pieces
 from trivet.vibration.mesh import mesh
 from trivet.vibration.resonance import greatest
@@ -124,7 +124,7 @@ def solid_check(
     small, rough = (_reduced(at, structure, made, high) for made in (fine, coarse))
     inside = np.flatnonzero(of_beams >= low)
     inside = inside[inside < min(len(small.natural), len(rough.natural))]
-    least = least_damping(at, loss_factor)
+    least = least_damping(at.machine, loss_factor)
     resonances = np.r_[of_beams[inside], small.natural[inside]][:, None]
     around = (resonances * (1 + max(least, 1e-6) / 2 * AROUND)).ravel()
     frequency = np.unique(np.r_[np.linspace(low, high, points), around[(around > low) & (around < high)]])

@@ -1,0 +1,163 @@
+"""Atlases of frequency responses against single poses, and the worst pose against brute force."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+
+import trivet
+from trivet.errors import InputError, NoResultError
+from trivet.model import load
+from trivet.space.family import Family, Places, along, in_block, lowest, over_hemisphere
+from trivet.study.atlas import Atlas, atlas
+
+LOW, HIGH = 20.0, 900.0
+
+
+@pytest.fixture(scope="module")
+def small() -> Atlas:
+    return atlas("azulay", over_hemisphere(0.121, 0.004, 3), entries=("xx", "zz", "x_ry"), low=LOW, high=HIGH, points=300)
+
+
+def bowl(coordinates: np.ndarray) -> np.ndarray:
+    return np.hypot(coordinates[:, 0] - 0.31, 2 * (coordinates[:, 1] + 0.27)) + 0.1 * np.cos(20 * coordinates[:, 0])
+
+
+def plane(coordinates: np.ndarray) -> Places:
+    inside = np.all(np.abs(coordinates) <= 1, axis=1)[:, None]
+    flat = np.where(inside, np.column_stack([coordinates, np.zeros(len(coordinates))]), np.nan)
+    return Places(flat, np.zeros(len(flat)), np.zeros(len(flat)), None)
+
+
+def test_lowest_is_that_of_a_fine_grid() -> None:
+    line = np.linspace(-1, 1, 9)
+    grid = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+    family = Family("square", grid, np.array([0.25, 0.25]), plane)
+    found = lowest(family, bowl(grid), bowl)
+    fine = np.linspace(-1, 1, 1601)
+    brute = bowl(np.stack(np.meshgrid(fine, fine, indexing="ij"), axis=-1).reshape(-1, 2)).min()
+    assert found.value <= brute
+    np.testing.assert_allclose(found.value, brute, atol=2e-3)
+    np.testing.assert_allclose(bowl(found.coordinates[None])[0], found.value)
+    # At an edge, beyond which the function has no value.
+    edge = lowest(family, grid @ [1.0, 0.5], lambda c: np.where(np.all(np.abs(c) <= 1, axis=1), c @ [1.0, 0.5], np.nan))
+    np.testing.assert_allclose(edge.coordinates, [-1, -1], atol=1e-5)
+    assert np.isnan(lowest(family, np.full(len(grid), np.nan), bowl).value)
+
+
+def test_places_of_families_are_their_grids() -> None:
+    hemisphere = over_hemisphere(0.121, 0.004, 10)
+    there, points = hemisphere.places(hemisphere.coordinates), trivet.hemisphere(0.121, 0.004, 10)
+    assert len(hemisphere) == 317
+    np.testing.assert_allclose(there.position, points.position, atol=1e-10)
+    np.testing.assert_allclose(there.tilt, points.tilt, atol=1e-6)
+    assert np.isnan(hemisphere.places(np.array([[0.0041, 0.0]])).position).all()
+    block = in_block((0.0, 0.0, 0.125), (0.004, 0.002, 0.0), (4, 2, 1), azimuth=0.3, tilt=0.1)
+    assert block.coordinates.shape == (15, 2)
+    assert block.places(block.coordinates).position[:, 2].tolist() == [0.125] * 15
+    np.testing.assert_allclose(block.spacing, [0.001, 0.001])
+    assert np.isnan(block.places(np.array([[0.003, 0.0]])).position).all()
+    with pytest.raises(InputError, match="steps along y"):
+        in_block((0, 0, 0), (1, 1, 1), (1, 0, 1))
+    with pytest.raises(InputError, match="more than"):
+        in_block((0, 0, 0), (1, 1, 1), (10_000, 10_000, 1))
+    with pytest.raises(InputError, match="below zero"):
+        in_block((0, 0, 0), (1, -1, 1), (1, 1, 1))
+
+
+def test_atlas_against_single_poses(small: Atlas) -> None:
+    found = np.concatenate([values for _, values in small.receptances()])
+    assert small.used.all()
+    assert small.places.roll is not None
+    for k in (0, 7, len(small.family) - 1):
+        place = [float(x) for x in small.places.position[k]]
+        angles = [float(a[k]) for a in (small.places.azimuth, small.places.tilt, small.places.roll)]
+        one = trivet.frf("azulay", place, *angles, low=LOW, high=HIGH, points=300, anyway=True)
+        wanted = np.searchsorted(one.frequency, small.frequency)
+        for entry, values in zip(small.entries, found[k], strict=True):
+            expected = one.entry(entry)[wanted]
+            assert np.abs(values - expected).max() < 1e-8 * np.abs(expected).max()
+        for direction, column in (("x", 0), ("z", 1)):
+            minimum = next(m for m in one.minima if m.direction == direction)
+            np.testing.assert_allclose(small.stiffness[k, column], minimum.stiffness, rtol=1e-7)
+            np.testing.assert_allclose(small.at_frequency[k, column], minimum.frequency, rtol=1e-5)
+    np.testing.assert_allclose(small.greatest, np.abs(found).max(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(small.least, np.abs(found).min(axis=0), rtol=1e-12)
+
+
+def test_worst_pose_by_brute_force(small: Atlas) -> None:
+    fine = atlas("azulay", over_hemisphere(0.121, 0.004, 40), entries=("xx", "zz"), low=LOW, high=HIGH, points=2)
+    for name in ("xx", "zz"):
+        column = small.entries.index(name)
+        worst, brute = small.worst[column], np.nanmin(fine.stiffness[:, ("xx", "zz").index(name)])
+        assert worst.entry == name
+        assert worst.on_grid == np.nanmin(small.stiffness[:, column])
+        assert worst.stiffness <= worst.on_grid
+        assert worst.stiffness <= brute * (1 + 1e-9)
+        np.testing.assert_allclose(worst.stiffness, fine.worst[("xx", "zz").index(name)].stiffness, rtol=1e-3)
+        one = trivet.frf(
+            "azulay", worst.position, worst.azimuth, worst.tilt, worst.roll, low=LOW, high=HIGH, points=50, anyway=True
+        )
+        minimum = next(m for m in one.minima if m.direction == name[0])
+        np.testing.assert_allclose((worst.stiffness, worst.frequency), (minimum.stiffness, minimum.frequency), rtol=1e-5)
+
+
+def test_along_a_path_rolls_are_given() -> None:
+    def pose_at(s: np.ndarray) -> np.ndarray:
+        return np.stack([0.003 * s, 0 * s, 0.125 + 0 * s, 0 * s, 0.1 * s, 0.2 * s], axis=1)
+
+    found = atlas("azulay", along("move", pose_at, 1.0, 5), entries=("yy",), low=LOW, high=HIGH, points=10)
+    assert found.policy == "as given"
+    assert found.places.roll is not None
+    np.testing.assert_allclose(found.places.roll, 0.2 * np.linspace(0, 1, 5))
+    assert found.worst[0].stiffness <= found.stiffness.min()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"low": 50.0, "high": 20.0}, "rises from above"),
+        ({"points": 1}, "at least 2"),
+        ({"entries": ()}, "none"),
+        ({"entries": ("xq",)}, "xq"),
+        ({"point": "tool"}, "has no platform.tool_tip"),
+        ({"point": "elbow"}, "platform"),
+        ({"loss_factor": -0.1}, "loss factor"),
+        ({"loss_factor": 0.0}, "damping"),
+        ({"roll": "worst"}, "worst"),
+        ({"mode": "+"}, "mode"),
+    ],
+)
+def test_wrong_input(change: dict[str, Any], words: str) -> None:
+    given = {"family": over_hemisphere(0.121, 0.004, 1), "low": LOW, "high": HIGH, "points": 5} | change
+    with pytest.raises(InputError, match=words):
+        atlas("azulay", **given)
+
+
+def test_no_pose_is_reached() -> None:
+    with pytest.raises(NoResultError, match="no pose of the hemisphere of 4 mm is reached"):
+        atlas("azulay", over_hemisphere(0.9, 0.004, 1), low=LOW, high=HIGH, points=5)
+    part = atlas("azulay", in_block((0, 0, 0.17), (0, 0, 0.12), (1, 1, 3)), roll=0.0, low=LOW, high=HIGH, points=5)
+    assert part.used.tolist() != [True] * 4
+    assert np.isnan(part.stiffness[~part.used]).all()
+    assert np.isfinite(part.worst[0].stiffness)
+
+
+def test_poses_do_not_add_to_what_is_kept(small: Atlas) -> None:
+    kept = sum(
+        np.asarray(getattr(small, field.name)).nbytes
+        for field in dataclasses.fields(small)
+        if field.name in ("stiffness", "at_frequency", "least", "greatest")
+    )
+    n, k, f = len(small.family), len(small.entries), len(small.frequency)
+    assert kept == 8 * (2 * n * k + 2 * k * f)
+
+
+def test_the_workpiece_by_default() -> None:
+    machine = load("azulay")
+    bare = dataclasses.replace(machine, workpiece=None)
+    with pytest.raises(InputError, match="workpiece"):
+        atlas(bare, low=LOW, high=HIGH, points=5)
