@@ -23,9 +23,11 @@ if TYPE_CHECKING:
     from trivet.model import Machine, catalogue, dimensions, load, parse, schema, to_text, write
     from trivet.show.figure import figure
     from trivet.space.curve import Limits, Trajectory, circle, straight, through, timed
+    from trivet.space.family import Family, along, in_block, over_hemisphere
     from trivet.space.pose import zyz_frame
     from trivet.space.surface import Surface, hemisphere
     from trivet.study.advice import Change, advice
+    from trivet.study.atlas import Atlas, atlas
     from trivet.study.comparison import Comparison, compare
     from trivet.study.cone import ConePlan, cone
     from trivet.study.datasets import save
@@ -65,9 +67,11 @@ _HOMES = {
     "trivet.model": ("Machine", "catalogue", "dimensions", "load", "parse", "schema", "to_text", "write"),
     "trivet.show.figure": ("figure",),
     "trivet.space.curve": ("Limits", "Trajectory", "circle", "straight", "through", "timed"),
+    "trivet.space.family": ("Family", "along", "in_block", "over_hemisphere"),
     "trivet.space.pose": ("zyz_frame",),
     "trivet.space.surface": ("Surface", "hemisphere"),
     "trivet.study.advice": ("Change", "advice"),
+    "trivet.study.atlas": ("Atlas", "atlas"),
     "trivet.study.comparison": ("Comparison", "compare"),
     "trivet.study.cone": ("ConePlan", "cone"),
     "trivet.study.datasets": ("save",),
@@ -100,16 +104,17 @@ _HOMES = {
 }
 
 __all__ = [
-    "Change", "Comparison", "ConePlan", "Cut", "DynamicComparison", "DynamicsReport", "Forward", "FrequencyResponse",
-    "InputError", "Limits", "Loading", "Lobes", "LobesAlong", "Machine", "Minimum", "ModePaths", "ModesReport",
-    "MotionReport", "NoResultError", "OrientationReport", "Plan", "PlanStudy", "PoseReport", "Simulation", "SingularityMap",
-    "SingularityReport", "SolidCheck", "StiffnessMap", "Surface", "TiltReport", "TiltStudy", "Trajectory", "TrivetError",
-    "WorkspaceReport", "WorkspaceStudy", "advice", "catalogue", "circle", "compare", "compare_dynamics", "cone",
-    "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere", "load", "lobes", "lobes_along",
-    "minimum_dynamic_stiffness", "modes", "modes_along", "motion", "orientation_workspace", "parse", "plan", "plan_along",
-    "plans", "pose", "read_path", "save", "schema", "simulate", "singularity_map", "singularity_report", "solid_check",
-    "stiffness_map", "straight", "switched", "through", "tilt", "tilts", "timed", "to_mjcf", "to_text", "to_urdf",
-    "workspace", "workspaces", "write", "write_mjcf", "write_urdf", "zyz_frame",
+    "Atlas", "Change", "Comparison", "ConePlan", "Cut", "DynamicComparison", "DynamicsReport", "Family", "Forward",
+    "FrequencyResponse", "InputError", "Limits", "Loading", "Lobes", "LobesAlong", "Machine", "Minimum", "ModePaths",
+    "ModesReport", "MotionReport", "NoResultError", "OrientationReport", "Plan", "PlanStudy", "PoseReport", "Simulation",
+    "SingularityMap", "SingularityReport", "SolidCheck", "StiffnessMap", "Surface", "TiltReport", "TiltStudy", "Trajectory",
+    "TrivetError", "WorkspaceReport", "WorkspaceStudy", "advice", "along", "atlas", "catalogue", "circle", "compare",
+    "compare_dynamics", "cone", "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere", "in_block",
+    "load", "lobes", "lobes_along", "minimum_dynamic_stiffness", "modes", "modes_along", "motion", "orientation_workspace",
+    "over_hemisphere", "parse", "plan", "plan_along", "plans", "pose", "read_path", "save", "schema", "simulate",
+    "singularity_map", "singularity_report", "solid_check", "stiffness_map", "straight", "switched", "through", "tilt",
+    "tilts", "timed", "to_mjcf", "to_text", "to_urdf", "workspace", "workspaces", "write", "write_mjcf", "write_urdf",
+    "zyz_frame",
 ]  # fmt: skip
 
 

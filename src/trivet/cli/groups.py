@@ -12,6 +12,7 @@ from trivet.cli import output
 
 if TYPE_CHECKING:
     from trivet.model import Machine
+    from trivet.space.family import Family
     from trivet.space.frame import Frame
     from trivet.space.surface import Surface
     from trivet.study.dynamics import Loading
@@ -165,6 +166,12 @@ class Hemisphere:
         from trivet.study.stiffness_map import surface_of
 
         return surface_of(machine, self.steps, *self.lengths())
+
+    def family(self, machine: Machine) -> Family:
+        """The same with what lies between its points."""
+        from trivet.study.atlas import hemisphere_of
+
+        return hemisphere_of(machine, self.steps, *self.lengths())
 
 
 @dataclass(frozen=True)

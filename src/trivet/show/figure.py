@@ -9,6 +9,7 @@ from typing import Any
 from trivet.kinematics.forward import Forward
 from trivet.model import Machine
 from trivet.show.assembly import draw_assembly
+from trivet.show.atlas import draw_atlas
 from trivet.show.comparison import draw_comparison
 from trivet.show.cone import draw_cone
 from trivet.show.drawing import draw
@@ -24,6 +25,7 @@ from trivet.show.singularity import draw_singularities
 from trivet.show.solids import draw_solids
 from trivet.show.tilt import draw_tilts
 from trivet.show.workspace import draw_orientations, draw_workspaces
+from trivet.study.atlas import Atlas
 from trivet.study.comparison import Comparison
 from trivet.study.cone import ConePlan
 from trivet.study.dynamic_comparison import DynamicComparison
@@ -84,6 +86,11 @@ def _(result: Forward, path: str | os.PathLike[str], *, overwrite: bool = False)
 @figure.register
 def _(result: StiffnessMap, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     draw_map(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: Atlas, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_atlas(result, path, overwrite=overwrite)
 
 
 @figure.register

@@ -18,9 +18,11 @@ from trivet.reach.margins import travel_margin
 from trivet.space.family import Family, Places, lowest, over_hemisphere
 from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
+from trivet.statics.best_roll import ROLLS
 from trivet.study.frf import HIGHEST, directions
 from trivet.study.machines import MachineLike, choose
 from trivet.study.singularity_map import roll_policy
+from trivet.study.stiffness_map import workpiece_of
 from trivet.vibration.damping import least_damping
 from trivet.vibration.directional import CHUNK, Asked, Entries, climbed, greatest, receptances
 from trivet.vibration.resonance import grid
@@ -148,6 +150,7 @@ def atlas(
     point: str = "platform",
     roll: str | float = "best K_xx",
     mode: str | None = None,
+    rolls: int = ROLLS,
     low: float = 5.0,
     high: float = 3000.0,
     points: int = 2000,
@@ -163,6 +166,7 @@ def atlas(
         point: "platform" (its centre) or "tool" (its tip).
         roll: policy for the roll where the family leaves it free, see `roll_policy`.
         mode: working mode; the machine's own when not given.
+        rolls: rolls of the first grid of a best roll.
         low, high: range of frequencies, Hz.
         points: equally spaced frequencies of the responses; least dynamic stiffnesses are sought between them.
         loss_factor: structural damping eta of all that has no loss factor of its own.
@@ -178,10 +182,10 @@ def atlas(
         raise InputError(f"frequencies: {low:g} Hz to {high:g} Hz; {expected}")
     if points < 2:
         raise InputError(f"points: {points}; expected at least 2 frequencies")
-    family = family if family is not None else _own_hemisphere(chosen)
+    family = family if family is not None else hemisphere_of(chosen)
     setting = _setting(chosen, mode, entries, point, loss_factor, low, high)
     free = family.places(family.coordinates)
-    policy = roll_policy(roll) if free.roll is None else None
+    policy = roll_policy(roll, rolls) if free.roll is None else None
 
     def with_roll(places: Places) -> Places:
         if policy is None:
@@ -273,11 +277,13 @@ def _setting(
     return _Setting(machine, signs, named, loss_factor, damping, tip, low, high)
 
 
-def _own_hemisphere(machine: Machine) -> Family:
-    piece = machine.workpiece
-    if piece is None:
-        raise InputError(f"{machine.name}: has no [workpiece]; give a family of poses")
-    return over_hemisphere(float(piece.height), float(piece.radius))
+def hemisphere_of(machine: Machine, steps: int = 10, radius: float | None = None, height: float | None = None) -> Family:
+    """The machine's own workpiece hemisphere, or one given by radius and height of its centre (m).
+
+    Raises:
+        InputError: when the machine file has no workpiece and either number is missing.
+    """
+    return over_hemisphere(*workpiece_of(machine, radius, height), steps)
 
 
 def _frames(places: Places) -> Frame:

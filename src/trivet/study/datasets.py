@@ -10,6 +10,8 @@ import numpy as np
 
 from trivet.kinematics.report import OK, STATUS_WORDS, joint_names
 from trivet.results.netcdf import COMPONENTS, labelled, write_groups, write_netcdf
+from trivet.study.atlas import Atlas
+from trivet.study.atlas_datasets import atlas_dataset
 from trivet.study.chatter_datasets import lobes_along_dataset, lobes_dataset
 from trivet.study.comparison import Comparison
 from trivet.study.cone import ConePlan
@@ -110,8 +112,8 @@ def save(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False) 
     """Write a result as labelled NetCDF with units and the machine file inside; a comparison has one group per machine.
 
     Args:
-        result: what `stiffness_map`, `singularity_map`, `compare`, `compare_dynamics`, `modes`, `modes_along`, `frf`, `lobes`,
-            `lobes_along`, `solid_check`, `motion`, `simulate`, `tilt`, `workspace`, `plan` or `cone` gave.
+        result: what `stiffness_map`, `atlas`, `singularity_map`, `compare`, `compare_dynamics`, `modes`, `modes_along`, `frf`,
+            `lobes`, `lobes_along`, `solid_check`, `motion`, `simulate`, `tilt`, `workspace`, `plan` or `cone` gave.
         path: file to write; it appears whole or not at all.
         overwrite: whether the file may be replaced.
 
@@ -127,6 +129,11 @@ def save(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False) 
 @save.register
 def _(result: StiffnessMap, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     write_netcdf(map_dataset(result), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: Atlas, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_netcdf(atlas_dataset(result), path, overwrite=overwrite)
 
 
 @save.register

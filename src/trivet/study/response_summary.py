@@ -45,6 +45,14 @@ def unit_of_stiffness(direction: str) -> Unit:
     return Unit("N m/rad", "N m/rad", 1.0) if direction.startswith("r") else Unit("N/m", "N/µm", 1e-6)
 
 
+def unit_of_least(entry: str) -> Unit:
+    """Unit of a least dynamic stiffness: of 1/|H| of any entry."""
+    turned, moment = (direction.startswith("r") for direction in directions(entry))
+    if turned != moment:
+        return Unit("N", "N", 1.0) if moment else Unit("N/rad", "N/rad", 1.0)
+    return unit_of_stiffness("rx" if turned else "x")
+
+
 @dataclass(frozen=True)
 class ShownResponse:
     """Entries of a frequency response, chosen to be shown."""

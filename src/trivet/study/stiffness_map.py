@@ -134,12 +134,18 @@ def surface_of(machine: Machine, steps: int = 10, radius: float | None = None, h
     Raises:
         InputError: when the machine file has no workpiece and either number is missing.
     """
+    chosen_height, chosen_radius = workpiece_of(machine, radius, height)
+    return hemisphere(chosen_height, chosen_radius, steps)
+
+
+def workpiece_of(machine: Machine, radius: float | None = None, height: float | None = None) -> tuple[float, float]:
+    """Height of the centre and radius (m) of the machine's workpiece hemisphere, unless given; errors as for `surface_of`."""
     piece = machine.workpiece
     if piece is None and (radius is None or height is None):
         raise InputError(f"{machine.name}: has no [workpiece]; give the radius and the height of the hemisphere")
     chosen_radius = radius if radius is not None else float(piece.radius)  # type: ignore[union-attr]
     chosen_height = height if height is not None else float(piece.height)  # type: ignore[union-attr]
-    return hemisphere(chosen_height, chosen_radius, steps)
+    return chosen_height, chosen_radius
 
 
 def stiffness_map(

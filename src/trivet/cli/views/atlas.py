@@ -1,0 +1,78 @@
+"""Frequency responses over many poses."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from trivet.cli.views.layout import table
+from trivet.cli.views.si import finite
+from trivet.kinematics.mode import mode_words
+from trivet.study.atlas import Atlas
+from trivet.study.response_summary import unit_of_least
+
+
+def tables(result: Atlas) -> list[Any]:
+    """Least dynamic stiffnesses over the poses, and the worst pose of each."""
+    used = result.used
+    where = "platform centre" if result.point == "platform" else "tool tip"
+    low, high = result.frequency[[0, -1]]
+    spread = table("least over frequency of 1/|H|, over the poses that are reached", "", "least", "median", "greatest", "unit")
+    worst = table(
+        "worst poses, sought between the points", "", "stiffness", "unit", "Hz", "x mm", "y mm", "z mm", "azimuth °", "tilt °",
+        "roll °", "least at a point",
+    )  # fmt: skip
+    for k, (entry, one) in enumerate(zip(result.entries, result.worst, strict=True)):
+        unit = unit_of_least(entry)
+        own = result.stiffness[used, k] * unit.factor
+        spread.add_row(entry, f"{own.min():.4g}", f"{np.median(own):.4g}", f"{own.max():.4g}", unit.written)
+        place = [f"{1e3 * c:.4f}" for c in one.position]
+        angles = [f"{np.degrees(a):.3f}" for a in (one.azimuth, one.tilt, one.roll)]
+        stiffness, on_grid = (f"{value * unit.factor:.4g}" for value in (one.stiffness, one.on_grid))
+        worst.add_row(entry, stiffness, unit.written, f"{one.frequency:.2f}", *place, *angles, on_grid)
+    return [
+        f"{result.machine.name}, {mode_words(result.mode)}, {result.family.name}, roll {result.policy}: {int(used.sum())} of "
+        f"{len(result.family)} points reached; {where}, {low:g} to {high:g} Hz, loss factor {result.loss_factor:g}",
+        spread,
+        worst,
+    ]
+
+
+def as_json(result: Atlas) -> dict[str, Any]:
+    """An atlas, point by point; of the responses their least and greatest over the poses."""
+    units = {entry: unit_of_least(entry).si for entry in result.entries}
+    places = result.places
+    return {
+        "machine": result.machine.name,
+        "mode": result.mode,
+        "family": result.family.name,
+        "roll_policy": result.policy,
+        "point": result.point,
+        "entries": list(result.entries),
+        "loss_factor": result.loss_factor,
+        "points": len(result.family),
+        "used": int(result.used.sum()),
+        "position_m": finite(places.position),
+        "azimuth_rad": finite(places.azimuth),
+        "tilt_rad": finite(places.tilt),
+        "roll_rad": finite(places.roll),
+        "least_stiffness_SI": {e: finite(result.stiffness[:, k]) for k, e in enumerate(result.entries)},
+        "at_frequency_Hz": {e: finite(result.at_frequency[:, k]) for k, e in enumerate(result.entries)},
+        "units_of_stiffness": units,
+        "worst": {
+            one.entry: {
+                "stiffness_SI": finite(one.stiffness),
+                "frequency_Hz": finite(one.frequency),
+                "position_m": finite(np.array(one.position)),
+                "azimuth_rad": finite(one.azimuth),
+                "tilt_rad": finite(one.tilt),
+                "roll_rad": finite(one.roll),
+                "least_at_a_point_SI": finite(one.on_grid),
+            }
+            for one in result.worst
+        },
+        "frequency_Hz": finite(result.frequency),
+        "least_receptance_SI": {e: finite(result.least[k]) for k, e in enumerate(result.entries)},
+        "greatest_receptance_SI": {e: finite(result.greatest[k]) for k, e in enumerate(result.entries)},
+    }
