@@ -169,7 +169,13 @@ def path_figure() -> None:
     trivet.figure(found, FIGURES / "modes-along.png", overwrite=True)
 
 
+def atlas_figure() -> None:
+    found = trivet.atlas("azulay", trivet.over_hemisphere(0.121, 0.004, 4), low=20, high=1500)
+    trivet.figure(found, FIGURES / "atlas.png", overwrite=True)
+
+
 if __name__ == "__main__":
+    atlas_figure()
     path_figure()
     machines_figure()
     links_figure()
