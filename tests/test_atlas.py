@@ -48,6 +48,27 @@ def test_lowest_is_that_of_a_fine_grid() -> None:
     assert np.isnan(lowest(family, np.full(len(grid), np.nan), bowl).value)
 
 
+def test_the_lowest_point_of_a_grid_may_lead_astray() -> None:
+    """A wide valley, and a narrow one beside a point of the grid."""
+
+    def valleys(x: np.ndarray) -> np.ndarray:
+        return np.minimum((x[:, 0] + 0.5) ** 2, 21 * np.abs(x[:, 0] - 0.45) - 1)
+
+    grid = np.linspace(-1, 1, 21)[:, None]
+    family = Family("line", grid, np.array([0.1]), plane)
+    np.testing.assert_allclose(grid[valleys(grid).argmin()], -0.5)
+    found = lowest(family, valleys(grid), valleys)
+    np.testing.assert_allclose((found.coordinates[0], found.value), (0.45, -1), atol=1e-4)
+
+
+def test_a_pose_beyond_a_travel_is_not_reached() -> None:
+    """At 20 mm the chains close, but the slides would be out by more than 65 mm."""
+    found = atlas("azulay", in_block((0, 0, 0.07), (0, 0, 0.1), (1, 1, 1)), roll=0.0, low=LOW, high=HIGH, points=5)
+    assert found.places.position[:, 2].tolist() == pytest.approx([0.02, 0.12])
+    assert found.used.tolist() == [False, True]
+    assert found.worst[0].position[2] > 0.04
+
+
 def test_places_of_families_are_their_grids() -> None:
     hemisphere = over_hemisphere(0.121, 0.004, 10)
     there, points = hemisphere.places(hemisphere.coordinates), trivet.hemisphere(0.121, 0.004, 10)

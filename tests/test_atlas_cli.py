@@ -52,8 +52,10 @@ def test_json_and_netcdf(trivet: Any, tmp_path: Path) -> None:
 
 
 def test_other_entries_and_their_units(trivet: Any) -> None:
-    found = json.loads(trivet(*ASKED, "--entries", "x_ry, rz_rz", "--roll", "0 deg", "--loss-factor", "0.05", "--json")[1])
-    assert found["units_of_stiffness"] == {"x_ry": "N", "rz_rz": "N m/rad"}
+    found = json.loads(
+        trivet(*ASKED, "--entries", "x_ry, rx_y, rz_rz", "--roll", "0 deg", "--loss-factor", "0.05", "--json")[1]
+    )
+    assert found["units_of_stiffness"] == {"x_ry": "N", "rx_y": "N/rad", "rz_rz": "N m/rad"}
     assert (found["loss_factor"], found["roll_policy"]) == (0.05, "0 deg")
 
 
