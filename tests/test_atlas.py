@@ -67,6 +67,8 @@ def test_a_pose_beyond_a_travel_is_not_reached() -> None:
     assert found.places.position[:, 2].tolist() == pytest.approx([0.02, 0.12])
     assert found.used.tolist() == [False, True]
     assert found.worst[0].position[2] > 0.04
+    ((_, values),) = found.receptances()
+    assert np.isfinite(values).all(axis=(1, 2)).tolist() == [False, True]
 
 
 def test_places_of_families_are_their_grids() -> None:

@@ -92,8 +92,9 @@ class Atlas:
         return _frames(self.places)
 
     def receptances(self) -> Iterator[tuple[slice, Array]]:
-        """(some, k, f) receptances of the points in their order, worked out anew and a few at a time."""
-        return receptances(self._asked, self.frequency)
+        """(some, k, f) receptances of the points in their order, worked out anew and a few at a time; NaN where not reached."""
+        for rows, values in receptances(self._asked, self.frequency):
+            yield rows, np.where(self.used[rows][:, None, None], values, np.nan)
 
     @property
     def _asked(self) -> Asked:

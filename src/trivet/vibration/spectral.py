@@ -382,6 +382,7 @@ def _interpolated(
     finish: Finish,
     arms: Any,
 ) -> Array:
+    """The same, all at once: numerators and denominators by the barycentric formula, then their quotients."""
     elastic = 1 + 1j * jnp.asarray(loss_factor) if is_real else 1.0
     scaled_nodes, places = nodes**power, omega**power / elastic
     apart = places - scaled_nodes[:, None]
