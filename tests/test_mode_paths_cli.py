@@ -16,7 +16,8 @@ import xarray as xr
 import trivet as t
 from trivet.cli.views import mode_paths as view
 from trivet.show.mode_paths import curves, doubts, marks
-from trivet.study.mode_paths import ModePaths, corners_of, modes_along
+from trivet.study.corners import corners_of
+from trivet.study.mode_paths import ModePaths, modes_along
 from trivet.study.pathfile import PathFile, PathPose
 from trivet.vibration.tracking import Doubt
 

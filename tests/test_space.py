@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from trivet.space.frame import IDENTITY, Angle, Frame, about_z
-from trivet.space.pose import rolled, tangent_axes, zyz_frame
+from trivet.space.pose import rolled, steady_angles, tangent_axes, zyz_frame
 from trivet.space.scalar import Scalar, add, is_zero, mul, sub
 from trivet.space.screw import Twist, Wrench, rotation, translation
 from trivet.space.singular import least_singular_values
@@ -147,6 +147,26 @@ def test_poses_are_turned_about_z_y_z(azimuth: float, tilt: float, roll: float) 
 def test_poses_broadcast() -> None:
     pose = zyz_frame(np.zeros((5, 1, 3)), np.zeros((5, 1)), 0.1, np.linspace(0, 1, 7))
     assert np.shape(pose.x.x) == (5, 7)
+
+
+LEVEL = st.sampled_from([0.0, math.pi, -math.pi])
+TILTS = st.one_of(LEVEL, st.floats(0.1, 3.0))
+
+
+@given(st.lists(st.tuples(angles, TILTS, angles), min_size=2, max_size=6))
+def test_poses_that_change_steadily_are_the_poses(given: list[tuple[float, float, float]]) -> None:
+    azimuth, tilt, roll = np.array(given).T
+    found = steady_angles(azimuth, tilt, roll)
+    close(zyz_frame((0, 0, 0), *found).matrix(), zyz_frame((0, 0, 0), azimuth, tilt, roll).matrix())
+    for turns in found[::2]:
+        assert np.all(np.abs(np.diff(turns)) <= math.pi + 1e-12)
+    # Where it is level, the azimuth is that of the pose before it, or after it.
+    level = np.abs(np.sin(tilt)) < 1e-12
+    if not level.all():
+        first = int(np.argmin(level))
+        change = np.diff(found[0])
+        np.testing.assert_array_equal(change[:first], 0)
+        np.testing.assert_array_equal(change[first:][level[first + 1 :]], 0)
 
 
 @given(vectors, vectors, vectors)

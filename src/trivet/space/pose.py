@@ -53,6 +53,23 @@ def zyz_angles(frame: Frame) -> tuple[Any, Any, Any]:
     return azimuth, np.arctan2(sine, frame.z.z), roll
 
 
+def steady_angles(azimuth: Any, tilt: Any, roll: Any) -> tuple[Any, Any, Any]:
+    """alpha, beta, gamma (n,) of the same poses in rad, such that they may change evenly from each pose to the next.
+
+    Azimuth and roll go the shorter way round.  Where the platform is level, they are one angle: the azimuth is that of the last
+    pose before it that leans, or else of the first one after it, and the roll makes up for it.
+    """
+    level = np.abs(np.sin(tilt)) < UPRIGHT
+    leaning = np.flatnonzero(~level)
+    if len(leaning):
+        last = np.maximum(np.searchsorted(leaning, np.arange(len(tilt)), side="right") - 1, 0)
+        led = azimuth[leaning[last]]
+        # Upside down the roll turns against the azimuth.
+        roll = np.where(level, roll + np.sign(np.cos(tilt)) * (azimuth - led), roll)
+        azimuth = led
+    return np.unwrap(azimuth), tilt, np.unwrap(roll)
+
+
 def between(start: Frame, end: Frame, part: Any) -> Frame:
     """Poses on the straight way from one pose of floats to another, at parts (n,) of it from 0 to 1; components (n,)."""
     from scipy.spatial.transform import Rotation

@@ -19,6 +19,7 @@ from trivet.kinematics.report import joint_state_once, shortfall
 from trivet.model import Machine
 from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
+from trivet.study.corners import STILL, corners_of, pose_along
 from trivet.study.machines import MachineLike, choose
 from trivet.study.pathfile import PathFile, read_path
 from trivet.vibration.encounters import Encounter
@@ -35,8 +36,6 @@ MOST_STEPS = 2000
 AGREED = 2.0**-20
 """How closely it is told, as a share of a step, where a path leaves what a machine reaches."""
 COORDINATES = (("x", "mm"), ("y", "mm"), ("z", "mm"), ("azimuth", "°"), ("tilt", "°"), ("roll", "°"))
-STILL = 1e-9
-"""Change of a coordinate (m or rad) that is none."""
 
 
 class Scale(NamedTuple):
@@ -194,37 +193,6 @@ def modes_along(
         np.array(largest),
         found.structure.scale,
     )
-
-
-def corners_of(path: PathFile) -> Array:
-    """(c, 6): the poses of a path as they are gone through, centre (m), azimuth, tilt and roll (rad).
-
-    Raises:
-        InputError: for less than two poses, or a pose that is the one before.
-    """
-    if len(path.poses) < 2:
-        raise InputError(f"poses: {len(path.poses)} of a path; expected at least 2")
-    place, azimuth, tilt, roll = (
-        np.array([getattr(pose, name) for pose in path.poses], dtype=float) for name in ("position", "azimuth", "tilt", "roll")
-    )
-    leaning = np.flatnonzero(np.abs(np.sin(tilt)) > STILL)
-    if len(leaning):
-        before = np.maximum(np.searchsorted(leaning, np.arange(len(tilt)), side="right") - 1, 0)
-        level = np.abs(np.sin(tilt)) <= STILL
-        both = azimuth + roll
-        azimuth = azimuth[leaning[before]]
-        roll = np.where(level, both - azimuth, roll)
-    corners = np.column_stack([place, np.unwrap(azimuth), tilt, np.unwrap(roll)])
-    for k, change in enumerate(np.abs(np.diff(corners, axis=0)).max(axis=1)):
-        if not change > STILL:
-            raise InputError(f"poses: the pose {k + 2} of the path is where the pose {k + 1} is; leave one of them out")
-    return corners
-
-
-def pose_along(corners: Array, place: Any) -> Array:
-    """(..., 6): poses at places along a path of corners (c, 6), 1 being the first."""
-    known = np.arange(1, len(corners) + 1)
-    return np.stack([np.interp(place, known, column) for column in corners.T], axis=-1)
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from trivet.reach.certificate import Patches, Proof
 from trivet.reach.margins import control
 from trivet.reach.neutral import Reference, with_neutral
 from trivet.reach.touch import Touch
+from trivet.space.pose import steady_angles
 from trivet.study.closest import Closest, Drives, closest, drives_along
 from trivet.study.machines import MachineLike, choose
 from trivet.study.pathfile import PathFile, read_path
@@ -304,11 +305,7 @@ def _check(to: float, step: float, rolls: int) -> None:
 
 def _grid_along(path: PathFile, start_roll: float, step: float, rolls: int, length: float) -> RollGrid:
     """The grid of a path through poses; `length` (m) is what a step of 1 rad counts as where the platform moves."""
-    azimuth, tilt = (np.array([getattr(pose, name) for pose in path.poses], dtype=float) for name in ("azimuth", "tilt"))
-    leaning = np.flatnonzero(np.abs(np.sin(tilt)) > 1e-9)
-    if len(leaning):
-        before = np.maximum(np.searchsorted(leaning, np.arange(len(tilt)), side="right") - 1, 0)
-        azimuth = np.unwrap(azimuth[leaning[before]])
+    azimuth, tilt, _ = steady_angles(*np.array([(pose.azimuth, pose.tilt, pose.roll) for pose in path.poses], dtype=float).T)
     place = np.array([pose.position for pose in path.poses], dtype=float).T
     corners = np.stack([*place, azimuth, tilt, start_roll - azimuth])
     moved = np.linalg.norm(np.diff(place), axis=0) / length
