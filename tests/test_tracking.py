@@ -266,12 +266,40 @@ def test_pairs_of_a_symmetric_machine_part_along_a_meridian() -> None:
     assert found.branches.doubts == ()
 
 
-def test_frequencies_are_those_of_the_single_poses() -> None:
+EVERYTHING_MOVES = to("glozman", by=(0.003, 0.002, -0.004), start=0.02, tilt=0.25, azimuth=0.6, roll=-0.5)
+
+
+@pytest.mark.parametrize(
+    ("name", "path", "steps", "met"),
+    [("azulay", to("azulay", tilt=math.radians(20)), 8, (3, 5, 8)), ("glozman", EVERYTHING_MOVES, 7, (1, 3, 5))],
+)
+def test_branches_are_modes_of_the_single_poses(name: str, path: PathFile, steps: int, met: tuple[int, ...]) -> None:
+    """Numbered by frequency at the first pose; each has the frequency and the motion of the mode that it is said to be."""
+    found = meridian() if name == "azulay" else modes_along(name, path, count=6, steps=steps, elements=4)
+    numbers = found.branches.number
+    assert np.all(np.diff(numbers[0][numbers[0] >= 0]) > 0)
+    assert np.all(np.diff((numbers < 0).argmin(axis=0)) >= 0)
+    start, end = (np.array([*p.position, p.azimuth, p.tilt, p.roll]) for p in path.poses)
+    for k in met:
+        x, y, z, *angles = start + k / steps * (end - start)
+        single, own = t.modes(name, (x, y, z), *angles, count=12, elements=4), numbers[k]
+        np.testing.assert_allclose(found.frequency[k], single.frequency[own], rtol=1e-8)
+        np.testing.assert_allclose(found.branches.frequency[k], single.modes.mesh_frequency[own], rtol=1e-8)
+        scale = np.abs(single.platform).max()
+        np.testing.assert_allclose(np.abs(found.platform[k]), np.abs(single.platform[:, own]), rtol=0, atol=1e-5 * scale)
+        largest = np.linalg.norm(single.modes.displacements[:, :3], axis=1).max(axis=0)
+        np.testing.assert_allclose(found.largest[k], largest[own], rtol=1e-5)
+
+
+def test_places_between_are_where_they_are_said_to_be() -> None:
     found = meridian()
-    for k in (0, 3, 8):
-        x, y, z, azimuth, tilt, roll = found.poses[k]
-        single = t.modes("azulay", (x, y, z), azimuth, tilt, roll, count=6)
-        np.testing.assert_allclose(np.sort(found.frequency[k]), single.frequency, rtol=1e-8)
+    between = np.setdiff1d(found.branches.fine_place, found.place)
+    assert len(between)
+    for place in between:
+        tilt = (place - 1) * math.radians(20)
+        single = t.modes("azulay", tilt=tilt, count=6, elements=4).modes.mesh_frequency
+        row = found.branches.fine_frequency[found.branches.fine_place == place][0]
+        np.testing.assert_allclose(np.sort(row), single, rtol=1e-8)
 
 
 def test_machines_do_not_depend_on_the_step_either() -> None:
@@ -288,7 +316,7 @@ def kinds(found: list[Encounter]) -> list[str]:
     ("name", "path", "met"),
     [
         ("azulay", to("azulay", tilt=math.radians(16)), ["cross"]),
-        ("glozman", to("glozman", by=(0.003, 0.002, -0.004), tilt=0.25, azimuth=0.6, roll=-0.5), []),
+        ("glozman", EVERYTHING_MOVES, []),
     ],
 )
 def test_backwards_a_machine_has_the_same_branches(name: str, path: PathFile, met: list[str]) -> None:
