@@ -95,16 +95,28 @@ def _free(own: Face, ends: Ends) -> np.ndarray:
     count = len(own.nodes)
     if ends == "rigid":
         return np.zeros((3 * count, 0))
-    # What is zero of them: mean displacements (each by a share of the face), and mean turns.
-    means = np.einsum("f,ab->fab", own.shares, np.eye(3))
-    turns = np.stack([np.cross(unit, own.moments) for unit in np.eye(3)], axis=-1)
-    rates = np.concatenate([means / own.area, turns / own.area**1.5], axis=-1)
     across = slice(1, 3) if ends == "plane" else slice(0, 3)
-    held = [1, 2, 3] if ends == "plane" else range(6)
-    rates = rates[:, across][:, :, list(held)]
-    conditions = rates.reshape(-1, rates.shape[-1])
+    means = _means(own, ends)[:, across]
+    conditions = means.reshape(-1, means.shape[-1])
     null = scipy.linalg.qr(conditions)[0][:, conditions.shape[1] :]
     whole = np.zeros((count, 3, null.shape[1]))
     whole[:, across] = null.reshape(count, -1, null.shape[1])
     found: np.ndarray = whole.reshape(3 * count, -1)
     return found
+
+
+def held(own: Face, ends: Ends) -> np.ndarray:
+    """(c, 3 f): what is zero of the displacements of a face beside those of its point, (x, y, z) node by node."""
+    every = np.eye(3 * len(own.nodes))
+    if ends == "rigid":
+        return every
+    means = _means(own, ends).reshape(len(every), -1).T
+    return means if ends == "mean" else np.vstack([every[::3], means])
+
+
+def _means(own: Face, ends: Ends) -> np.ndarray:
+    """(f, 3, k): mean displacements, each by a share of the face, and mean turns, as far as they follow the point."""
+    means = np.einsum("f,ab->fab", own.shares, np.eye(3))
+    turns = np.stack([np.cross(unit, own.moments) for unit in np.eye(3)], axis=-1)
+    rates = np.concatenate([means / own.area, turns / own.area**1.5], axis=-1)
+    return rates[:, :, [1, 2, 3]] if ends == "plane" else rates

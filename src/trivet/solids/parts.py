@@ -10,7 +10,6 @@ from trivet.errors import InputError, nearest
 from trivet.model import Machine
 from trivet.model.elements import Beam, Prismatic, Profile
 from trivet.model.machine import bodies
-from trivet.model.section import Material
 from trivet.solids.bricks import bricks
 from trivet.solids.ends import Ends
 from trivet.solids.grid import Grid
@@ -54,21 +53,23 @@ class Kind(NamedTuple):
     """m."""
 
 
-def wanted(machine: Machine, structure: Structure, parts: Iterable[str] | None) -> tuple[Wanted, ...]:
+def wanted(machine: Machine, structure: Structure, parts: Iterable[str] | None, whole: bool = False) -> tuple[Wanted, ...]:
     """The beams that are to be solids.
 
     Args:
         machine, structure: the machine and its structure at a pose.
         parts: names, of one beam ("leg-1.link") or of all copies ("leg.link"), with a STEP file or without
             ("leg.link=part.step"); all beams that are long enough, by their sections, when None.
+        whole: whether those that are not named are to be solids too, by their sections.
 
     Raises:
         InputError: for a name that is not known, or not that of a beam, or given twice; a beam that is too short.
     """
     spans = {beam.name: float(beam.length) for beam in structure.beams}
     short = {name for name, span in spans.items() if span < STUB * structure.scale}
+    every = tuple(Wanted(name, None) for name in spans if name not in short)
     if parts is None:
-        return tuple(Wanted(name, None) for name in spans if name not in short)
+        return every
     copies = bodies(machine)
     found: dict[str, Wanted] = {}
     for text in parts:
@@ -86,7 +87,8 @@ def wanted(machine: Machine, structure: Structure, parts: Iterable[str] | None) 
             found[beam] = Wanted(beam, file or None)
     if not found:
         raise InputError("parts: none is named")
-    return tuple(found.values())
+    rest = (one for one in every if one.name not in found)
+    return (*found.values(), *(rest if whole else ()))
 
 
 def solids(
@@ -104,11 +106,11 @@ def solids(
     Raises:
         InputError: for a section without a shape, a file that does not fit, a mesh that cannot be.
     """
-    profiles, beams = _profiles(machine), {beam.name: beam for beam in structure.beams}
+    made_of, beams = profiles(machine), {beam.name: beam for beam in structure.beams}
     alike: dict[Kind, list[str]] = {}
     for name, file in chosen:
         length = float(f"{float(beams[name].length):.{ALIKE}g}")
-        alike.setdefault(Kind(file, profiles[name], length), []).append(name)
+        alike.setdefault(Kind(file, made_of[name], length), []).append(name)
     found = []
     for (file, profile, length), names in alike.items():
         grid = _grid(machine, names[0], file, profile, length, fineness)
@@ -123,7 +125,7 @@ def _grid(machine: Machine, name: str, file: str | None, profile: Profile, lengt
     return bricks(name, machine.sections[profile.section], length, fineness)
 
 
-def _profiles(machine: Machine) -> dict[str, Profile]:
+def profiles(machine: Machine) -> dict[str, Profile]:
     """Section and material of every beam by its name."""
     found: dict[str, Profile] = {}
     for leg in machine.legs:
@@ -134,18 +136,14 @@ def _profiles(machine: Machine) -> dict[str, Profile]:
     return found
 
 
-def material_of(machine: Machine, name: str) -> Material:
-    """The material of a beam."""
-    return machine.materials[_profiles(machine)[name].material]
-
-
 def put_in(machine: Machine, structure: Structure, made: Iterable[Solid]) -> tuple[Structure, tuple[Body, ...]]:
     """The structure without the beams that are solids, and the solids between its nodes."""
     of = {name: solid.reduced for solid in made for name in solid.names}
+    made_of = profiles(machine)
     placed = []
     for beam in structure.beams:
         if beam.name in of:
-            own, loss = of[beam.name], material_of(machine, beam.name).loss_factor
+            own, loss = of[beam.name], machine.materials[made_of[beam.name].material].loss_factor
             loss = None if loss is None else float(loss)
             placed.append(Body(beam.name, beam.first, beam.second, beam.axes, own.stiffness, own.mass, loss))
     rest = tuple(beam for beam in structure.beams if beam.name not in of)

@@ -95,6 +95,7 @@ def solid_check(
     loss_factor: float = 0.02,
     fineness: float = 1.0,
     ends: Ends = "plane",
+    whole: bool = False,
 ) -> SolidCheck:
     """A machine with beams, and with some of them as solids: natural frequencies, receptance, minimum dynamic stiffness.
 
@@ -109,6 +110,7 @@ def solid_check(
         fineness: of the meshes, 1, or more for smaller elements.
         ends: how the ends of solids follow the machine: "plane", their sections stay plane as those of beams do and are
             otherwise free; "rigid"; or "mean", only their mean motion follows.
+        whole: whether the beams that `parts` does not name become solids too, from their sections.
 
     Raises:
         InputError: for an unknown part, one that is no beam, a section without a shape, a file that is no such part, a number
@@ -118,7 +120,7 @@ def solid_check(
     _check(low, high, points, loss_factor, fineness, ends)
     at = pose(machine, position, azimuth, tilt, roll, mode=mode, anyway=anyway)
     structure = assemble(at.machine, at.frame, at.signs)
-    chosen = wanted(at.machine, structure, parts)
+    chosen = wanted(at.machine, structure, parts, whole)
     of_beams = natural_frequencies(at, 0.0, high)
     fine, coarse = (solids(at.machine, structure, chosen, high, f, ends) for f in (fineness, fineness / COARSER))
     small, rough = (_reduced(at, structure, made, high) for made in (fine, coarse))

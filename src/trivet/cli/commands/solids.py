@@ -42,11 +42,21 @@ def run(
         str,
         typer.Option("--ends", help="Ends of solids stay plane, are rigid, or follow in the mean.", metavar="plane|rigid|mean"),
     ] = "plane",
+    deck: Annotated[
+        str | None,
+        typer.Option(
+            "--calculix",
+            help="Write the machine for CalculiX, to check the frequencies of the solids; all beams are solids then.",
+            metavar="FILE.inp",
+        ),
+    ] = None,
     anyway: o.Anyway = False,
     out: DataOutput,
 ) -> None:
     """Are beams good enough: natural frequencies and dynamic stiffness with beams, and with solid bodies in their place."""
     from trivet.cli.views import solids as view
+    from trivet.files import check_writable
+    from trivet.interop.calculix import check_ending, write_calculix
     from trivet.study.solid_check import solid_check
 
     chosen = choice.load(model)
@@ -54,6 +64,9 @@ def run(
     assert lowest is not None
     assert highest is not None
     out.check()
+    if deck is not None:
+        check_ending(deck)
+        check_writable(deck, overwrite=out.overwrite)
     with output.busy("meshing solids and working out responses", out.as_json):
         result = solid_check(
             chosen,
@@ -67,5 +80,9 @@ def run(
             loss_factor=loss_factor,
             fineness=fineness,
             ends=cast("Ends", ends),
+            whole=deck is not None,
         )
     out.give(result, view)
+    if deck is not None:
+        write_calculix(result, deck, overwrite=out.overwrite)
+        output.wrote(deck)
