@@ -11,7 +11,8 @@ import pytest
 import trivet
 from trivet.errors import InputError, NoResultError
 from trivet.model import load
-from trivet.space.family import Family, Places, along, in_block, lowest, over_hemisphere
+from trivet.space.family import Family, Places, along, in_block, over_hemisphere
+from trivet.space.search import lowest
 from trivet.study.atlas import Atlas, atlas
 
 LOW, HIGH = 20.0, 900.0

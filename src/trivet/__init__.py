@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from trivet.chatter.cut import Cut
     from trivet.errors import InputError, NoResultError, TrivetError
+    from trivet.interop.calculix import to_calculix, write_calculix
     from trivet.interop.mjcf import to_mjcf, write_mjcf
     from trivet.interop.urdf import to_urdf, write_urdf
     from trivet.kinematics.forward import Forward
@@ -28,11 +29,13 @@ if TYPE_CHECKING:
     from trivet.space.surface import Surface, hemisphere
     from trivet.study.advice import Change, advice
     from trivet.study.atlas import Atlas, atlas
+    from trivet.study.atlas_datasets import save_responses
     from trivet.study.comparison import Comparison, compare
     from trivet.study.cone import ConePlan, cone
     from trivet.study.datasets import save
     from trivet.study.dynamic_comparison import DynamicComparison, compare_dynamics
     from trivet.study.dynamics import DynamicsReport, Loading, dynamics_report
+    from trivet.study.families import along_path
     from trivet.study.forward import forward
     from trivet.study.frf import FrequencyResponse, Minimum, frf, minimum_dynamic_stiffness
     from trivet.study.lobes import Lobes, LobesAlong, lobes, lobes_along
@@ -61,6 +64,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "trivet.chatter.cut": ("Cut",),
     "trivet.errors": ("InputError", "NoResultError", "TrivetError"),
+    "trivet.interop.calculix": ("to_calculix", "write_calculix"),
     "trivet.interop.mjcf": ("to_mjcf", "write_mjcf"),
     "trivet.interop.urdf": ("to_urdf", "write_urdf"),
     "trivet.kinematics.forward": ("Forward",),
@@ -72,11 +76,13 @@ _HOMES = {
     "trivet.space.surface": ("Surface", "hemisphere"),
     "trivet.study.advice": ("Change", "advice"),
     "trivet.study.atlas": ("Atlas", "atlas"),
+    "trivet.study.atlas_datasets": ("save_responses",),
     "trivet.study.comparison": ("Comparison", "compare"),
     "trivet.study.cone": ("ConePlan", "cone"),
     "trivet.study.datasets": ("save",),
     "trivet.study.dynamic_comparison": ("DynamicComparison", "compare_dynamics"),
     "trivet.study.dynamics": ("DynamicsReport", "Loading", "dynamics_report"),
+    "trivet.study.families": ("along_path",),
     "trivet.study.forward": ("forward",),
     "trivet.study.frf": ("FrequencyResponse", "Minimum", "frf", "minimum_dynamic_stiffness"),
     "trivet.study.lobes": ("Lobes", "LobesAlong", "lobes", "lobes_along"),
@@ -108,13 +114,13 @@ __all__ = [
     "FrequencyResponse", "InputError", "Limits", "Loading", "Lobes", "LobesAlong", "Machine", "Minimum", "ModePaths",
     "ModesReport", "MotionReport", "NoResultError", "OrientationReport", "Plan", "PlanStudy", "PoseReport", "Simulation",
     "SingularityMap", "SingularityReport", "SolidCheck", "StiffnessMap", "Surface", "TiltReport", "TiltStudy", "Trajectory",
-    "TrivetError", "WorkspaceReport", "WorkspaceStudy", "advice", "along", "atlas", "catalogue", "circle", "compare",
-    "compare_dynamics", "cone", "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere", "in_block",
-    "load", "lobes", "lobes_along", "minimum_dynamic_stiffness", "modes", "modes_along", "motion", "orientation_workspace",
-    "over_hemisphere", "parse", "plan", "plan_along", "plans", "pose", "read_path", "save", "schema", "simulate",
-    "singularity_map", "singularity_report", "solid_check", "stiffness_map", "straight", "switched", "through", "tilt",
-    "tilts", "timed", "to_mjcf", "to_text", "to_urdf", "workspace", "workspaces", "write", "write_mjcf", "write_urdf",
-    "zyz_frame",
+    "TrivetError", "WorkspaceReport", "WorkspaceStudy", "advice", "along", "along_path", "atlas", "catalogue", "circle",
+    "compare", "compare_dynamics", "cone", "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere",
+    "in_block", "load", "lobes", "lobes_along", "minimum_dynamic_stiffness", "modes", "modes_along", "motion",
+    "orientation_workspace", "over_hemisphere", "parse", "plan", "plan_along", "plans", "pose", "read_path", "save",
+    "save_responses", "schema", "simulate", "singularity_map", "singularity_report", "solid_check", "stiffness_map",
+    "straight", "switched", "through", "tilt", "tilts", "timed", "to_calculix", "to_mjcf", "to_text", "to_urdf", "workspace",
+    "workspaces", "write", "write_calculix", "write_mjcf", "write_urdf", "zyz_frame",
 ]  # fmt: skip
 
 

@@ -169,7 +169,7 @@ class Hemisphere:
 
     def family(self, machine: Machine) -> Family:
         """The same with what lies between its points."""
-        from trivet.study.atlas import hemisphere_of
+        from trivet.study.families import hemisphere_of
 
         return hemisphere_of(machine, self.steps, *self.lengths())
 
@@ -207,6 +207,10 @@ class DataOutput(Output):
 
     def check(self) -> None:
         output.check_files(self.figure or [], self.data, self.overwrite)
+
+    def without_data(self) -> Output:
+        """Where the rest goes."""
+        return Output(self.figure, self.overwrite, self.as_json)
 
     def give(self, result: Any, view: Any, *more: Any) -> None:
         super().give(result, view, *more)

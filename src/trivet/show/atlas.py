@@ -16,6 +16,7 @@ from trivet.study.response_summary import unit_of_least
 
 BAND = "#4477AA"
 MARK = "#C8102E"
+DECADE = 10.0
 
 
 def draw_atlas(result: Atlas, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
@@ -51,6 +52,11 @@ def _across(result: Atlas) -> tuple[Any, Any, str, str]:
     return x, y, "x, mm", "y, mm"
 
 
+def _scale(values: Any) -> str:
+    """That of an axis: ticks of a logarithmic one want a decade."""
+    return "log" if np.nanmax(values) > DECADE * np.nanmin(values) else "linear"
+
+
 def _picture(result: Atlas, path: Path) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -67,7 +73,7 @@ def _picture(result: Atlas, path: Path) -> None:
         used = np.isfinite(values)
         if y is None:
             above.plot(x, values, ".-", color=BAND)
-            above.set_yscale("log")
+            above.set_yscale(_scale(values))
             above.set_ylabel(_label(entry))
         else:
             size = 9000 / max(len(values), 100)
@@ -113,7 +119,7 @@ def _page(result: Atlas, path: Path) -> None:
             **own,
         )  # fmt: skip
         if y is None:
-            page.update_yaxes(type="log", title_text=_label(entry), **own)
+            page.update_yaxes(type=_scale(values), title_text=_label(entry), **own)
         else:
             place = [[1e3 * c] for c in one.position[:2]]
             star = {"symbol": "star", "size": 14, "color": MARK}

@@ -1,6 +1,7 @@
 """Continuous families of poses with one, two or three coordinates: along a path, over a surface, in a block; a grid in each.
 
-A family says where the platform is for any coordinates, so that what a grid of poses shows can be sought further between them.
+A family says where the platform is for any coordinates, so that what a grid of poses shows can be sought further between them
+(`space.search`).
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trivet.errors import InputError
+from trivet.space.frame import Frame
+from trivet.space.pose import zyz_frame
 from trivet.space.surface import MOST_POINTS, Surface, hemisphere
 
 Array = NDArray[Any]
@@ -36,6 +39,14 @@ class Places(NamedTuple):
     def surface(self, name: str) -> Surface:
         """The places as check points, their rolls left out."""
         return Surface(name, self.position, self.azimuth, self.tilt)
+
+    def some(self, index: Array) -> Places:
+        """Some of them, by index."""
+        return Places(*(None if values is None else values[index] for values in self))  # type: ignore[arg-type]
+
+    def frames(self) -> Frame:
+        """Platform frames, components (m,); the roll must be known."""
+        return zyz_frame(self.position, self.azimuth, self.tilt, self.roll)
 
 
 @dataclass(frozen=True)
@@ -138,60 +149,3 @@ def along(name: str, pose_at: Callable[[Array], Array], length: float, count: in
         return Places(found[:, :3], found[:, 3], found[:, 4], found[:, 5])
 
     return Family(name, np.linspace(0, length, count)[:, None], np.array([length / (count - 1)]), places)
-
-
-class Lowest(NamedTuple):
-    """Where a function over a family is least."""
-
-    coordinates: Array
-    """(d,)."""
-    value: float
-
-
-STARTS = 4
-"""Lowest points of a grid, no two of them neighbours, from which a minimum is sought."""
-NEIGHBOURS = 1.5
-"""Distance in spacings up to which points are neighbours."""
-FINEST = 1e-5
-"""Step, against the spacing of the grid, at which the search ends."""
-MOST_MOVES = 200
-"""Looks around at most: some 17 halvings, and what a path down a valley takes."""
-
-
-def lowest(family: Family, values: Array, function: Callable[[Array], Array]) -> Lowest:
-    """The least value of a function over a family, sought from the lowest points of its grid (a pattern search).
-
-    The function need not be smooth, as least values and best rolls are not.
-
-    Args:
-        family: over what.
-        values: (n,) the function on the grid; NaN where it has no value.
-        function: its values (m,) at coordinates (m, d).
-    """
-    values = np.where(np.isfinite(values), values, np.inf)
-    starts = list[int]()
-    for k in np.argsort(values, kind="stable"):
-        apart = (family.coordinates[k] - family.coordinates[starts]) / family.spacing
-        if np.isfinite(values[k]) and len(starts) < STARTS and np.all(np.abs(apart).max(axis=1, initial=0.0) > NEIGHBOURS):
-            starts.append(int(k))
-    here, there = family.coordinates[starts].copy(), values[starts].copy()
-    if not starts:
-        return Lowest(np.full(len(family.spacing), np.nan), float("nan"))
-    around = np.stack(np.meshgrid(*[(-1, 0, 1)] * len(family.spacing), indexing="ij"), axis=-1).reshape(-1, len(family.spacing))
-    around = around[np.any(around != 0, axis=1)]
-    step = np.full(len(starts), 0.5)
-    for _ in range(MOST_MOVES):
-        (active,) = np.nonzero(step > FINEST)
-        if not len(active):
-            break
-        tried = here[active, None] + step[active, None, None] * around * family.spacing
-        found = function(tried.reshape(-1, tried.shape[-1])).reshape(tried.shape[:2])
-        found = np.where(np.isfinite(found), found, np.inf)
-        best = found.argmin(axis=1)
-        lower = np.take_along_axis(found, best[:, None], 1)[:, 0]
-        is_lower = lower < there[active]
-        moved = active[is_lower]
-        here[moved], there[moved] = tried[is_lower, best[is_lower]], lower[is_lower]
-        step[active[~is_lower]] /= 2
-    first = int(np.argmin(there))
-    return Lowest(here[first], float(there[first]))

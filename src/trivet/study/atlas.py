@@ -5,33 +5,28 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trivet.errors import InputError, NoResultError
-from trivet.kinematics.mode import closed_form_signs, mode_text, mode_words
+from trivet.kinematics.mode import mode_text, mode_words
 from trivet.model import Machine
-from trivet.reach.margins import travel_margin
-from trivet.space.family import Family, Places, lowest, over_hemisphere
+from trivet.space.family import Family, Places
 from trivet.space.frame import Frame
-from trivet.space.pose import zyz_frame
-from trivet.statics.best_roll import ROLLS
-from trivet.study.frf import HIGHEST, directions
+from trivet.space.search import lowest
+from trivet.study.families import hemisphere_of
 from trivet.study.machines import MachineLike, choose
-from trivet.study.singularity_map import roll_policy
-from trivet.study.stiffness_map import workpiece_of
-from trivet.vibration.damping import least_damping
-from trivet.vibration.directional import CHUNK, Asked, Entries, climbed, greatest, receptances
+from trivet.study.responses import Responses
+from trivet.study.roll_policy import RollPolicy
+from trivet.vibration.directional import climbed, receptances
 from trivet.vibration.resonance import grid
 from trivet.vibration.spectral import plan
 
 Array = NDArray[Any]
-
-AT_LIMIT = 1e-9
-"""Share of its travel by which a joint may seem beyond a limit at which a best roll left it."""
+Progress = Callable[[str, int, int], None]
 
 
 class Worst(NamedTuple):
@@ -89,58 +84,14 @@ class Atlas:
     @cached_property
     def poses(self) -> Frame:
         """Platform frames of the grid."""
-        return _frames(self.places)
+        return self.places.frames()
 
     def receptances(self) -> Iterator[tuple[slice, Array]]:
         """(some, k, f) receptances of the points in their order, worked out anew and a few at a time; NaN where not reached."""
-        for rows, values in receptances(self._asked, self.frequency):
+        low, high = self.frequency[[0, -1]].tolist()
+        own = Responses.of(self.machine, self.mode or None, self.entries, self.point, self.loss_factor, low, high)
+        for rows, values in receptances(own.asked(self.places), self.frequency):
             yield rows, np.where(self.used[rows][:, None, None], values, np.nan)
-
-    @property
-    def _asked(self) -> Asked:
-        return _Setting.of(self).asked(self.places)
-
-
-@dataclass(frozen=True)
-class _Setting:
-    """All that the responses depend on besides the places."""
-
-    machine: Machine
-    signs: Any
-    entries: Entries
-    loss_factor: float
-    least_damping: float
-    tip: tuple[float, float, float] | None
-    low: float
-    high: float
-
-    @classmethod
-    def of(cls, atlas: Atlas) -> _Setting:
-        return _setting(
-            atlas.machine, atlas.mode or None, atlas.entries, atlas.point, atlas.loss_factor, *atlas.frequency[[0, -1]].tolist()
-        )
-
-    def asked(self, places: Places) -> Asked:
-        return Asked.of(self.machine, _frames(places), self.signs, self.entries, self.loss_factor, self.tip)
-
-    def stiffness(self, places: Places) -> tuple[Array, Array]:
-        """Least dynamic stiffness (m, k) and where it is; NaN at poses that are not reached."""
-        size, frequency = (np.full((len(places.tilt), len(self.entries.pairs)), np.nan) for _ in range(2))
-        there = np.flatnonzero(self.reached(places))
-        if len(there):
-            # Filled up, since kernels are compiled for every number of poses.
-            index = np.resize(there, -(-len(there) // CHUNK) * CHUNK)
-            found = greatest(self.asked(_some(places, index)), self.low, self.high, self.least_damping)
-            size[there], frequency[there] = (a[: len(there)] for a in found)
-        return 1 / size, frequency
-
-    def reached(self, places: Places) -> Array:
-        """(m,) whether all joints are inside their travel."""
-        assert places.roll is not None
-        known: Array = np.all(np.isfinite(places.position), axis=1) & np.isfinite(places.roll)
-        with np.errstate(invalid="ignore"):
-            known &= travel_margin(self.machine, _frames(places), self.signs) >= -AT_LIMIT
-        return known
 
 
 def atlas(
@@ -151,146 +102,115 @@ def atlas(
     point: str = "platform",
     roll: str | float = "best K_xx",
     mode: str | None = None,
-    rolls: int = ROLLS,
+    rolls: int | None = None,
     low: float = 5.0,
     high: float = 3000.0,
     points: int = 2000,
     loss_factor: float = 0.02,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = lambda what, done, total: None,
 ) -> Atlas:
     """Frequency responses over a family of poses; memory does not grow with their number beyond what is told per pose.
 
     Args:
         machine: machine, name or file.
-        family: see `over_hemisphere`, `in_block`, `along`; the machine's own workpiece, at 317 points, by default.
+        family: see `over_hemisphere`, `in_block`, `along_path`, `along`; by default the machine's own workpiece, at 317
+            points.
         entries: motion, then load: "xx", "z_ry".
         point: "platform" (its centre) or "tool" (its tip).
-        roll: policy for the roll where the family leaves it free, see `roll_policy`.
+        roll: policy for the roll where the family leaves it free, see `Responses.roll_policy`.
         mode: working mode; the machine's own when not given.
         rolls: rolls of the first grid of a best roll.
         low, high: range of frequencies, Hz.
         points: equally spaced frequencies of the responses; least dynamic stiffnesses are sought between them.
         loss_factor: structural damping eta of all that has no loss factor of its own.
-        progress: called with the poses that are done, and their number.
+        progress: called with what is being done, how much of it is done, and how much there is.
 
     Raises:
         InputError: for a wrong entry, point, range, policy or mode, or no damping.
         NoResultError: when no pose is reached.
     """
     chosen = choose(machine)
-    if not (math.isfinite(low) and math.isfinite(high) and 0 < low < high <= HIGHEST):
-        expected = f"expected a range that rises from above 0 Hz, up to {HIGHEST:g} Hz"
-        raise InputError(f"frequencies: {low:g} Hz to {high:g} Hz; {expected}")
     if points < 2:
         raise InputError(f"points: {points}; expected at least 2 frequencies")
     family = family if family is not None else hemisphere_of(chosen)
-    setting = _setting(chosen, mode, entries, point, loss_factor, low, high)
+    asked = Responses.of(chosen, mode, entries, point, loss_factor, low, high)
     free = family.places(family.coordinates)
-    policy = roll_policy(roll, rolls) if free.roll is None else None
-
-    def with_roll(places: Places) -> Places:
-        if policy is None:
-            return places
-        known: Array = np.all(np.isfinite(places.position), axis=1)
-        rolls = np.full(len(known), np.nan)
-        if known.any():
-            rolls[known] = policy.choose(chosen, _some(places, np.flatnonzero(known)).surface(family.name), setting.signs)
-        return places._replace(roll=rolls)
-
-    places = with_roll(free)
-    there = np.flatnonzero(setting.reached(places))
-    name = mode_text(chosen, setting.signs)
+    policy = asked.roll_policy(roll, rolls) if free.roll is None else None
+    if policy is None:
+        places = free
+    else:
+        told = asked.roll_policy(roll, rolls, lambda done: progress("best rolls", done, len(family)))
+        places = _rolled(asked, told, free)
+    there = np.flatnonzero(asked.reached(places))
+    name = mode_text(chosen, asked.signs)
     if not len(there):
         with_policy = f", with the roll {policy.name}" if policy is not None else ""
         raise NoResultError(f"{chosen.name}: no pose of the {family.name} is reached, {mode_words(name)}{with_policy}")
     frequency = np.linspace(low, high, points)
-    stiffness, at_frequency, least, most = _swept(setting, _some(places, there), frequency, progress)
-    whole, where = (np.full((len(family), len(setting.entries.pairs)), np.nan) for _ in range(2))
+    stiffness, at_frequency, least, most = _swept(asked, places.some(there), frequency, partial(progress, "responses"))
+    whole, where = (np.full((len(family), len(entries)), np.nan) for _ in range(2))
     whole[there], where[there] = stiffness, at_frequency
-
-    def worst(k: int, entry: str) -> Worst:
-        def value(coordinates: Array) -> Array:
-            return setting.stiffness(with_roll(family.places(coordinates)))[0][:, k]
-
-        found = lowest(family, whole[:, k], value)
-        there = with_roll(family.places(found.coordinates[None]))
-        own, at = setting.stiffness(there)
-        assert there.roll is not None
-        x, y, z = there.position[0].tolist()
-        azimuth, tilt, angle = (float(a[0]) for a in (there.azimuth, there.tilt, there.roll))
-        on_grid = float(np.nanmin(whole[:, k]))
-        return Worst(entry, float(own[0, k]), float(at[0, k]), (x, y, z), azimuth, tilt, angle, on_grid)
-
-    return Atlas(
-        chosen,
-        name,
-        family,
-        "as given" if policy is None else policy.name,
-        places,
-        point,
-        tuple(entries),
-        frequency,
-        loss_factor,
-        whole,
-        where,
-        least,
-        most,
-        tuple(worst(k, entry) for k, entry in enumerate(entries)),
+    worst = tuple(
+        _worst(asked, policy, family, entry, whole[:, k], partial(progress, f"worst pose, {entry}"))
+        for k, entry in enumerate(entries)
     )
+    return Atlas(
+        chosen, name, family, "as given" if policy is None else policy.name, places, point, tuple(entries), frequency,
+        loss_factor, whole, where, least, most, worst,
+    )  # fmt: skip
+
+
+def _rolled(asked: Responses, policy: RollPolicy | None, places: Places) -> Places:
+    """Places with their rolls; NaN outside the family, and where the policy reaches nothing."""
+    if policy is None:
+        return places
+    known: Array = np.all(np.isfinite(places.position), axis=1)
+    rolls = np.full(len(known), np.nan)
+    if known.any():
+        rolls[known] = policy.choose(asked.machine, places.some(np.flatnonzero(known)).surface("family"), asked.signs)
+    return places._replace(roll=rolls)
+
+
+def _worst(
+    asked: Responses,
+    policy: RollPolicy | None,
+    family: Family,
+    entry: str,
+    on_grid: Array,
+    progress: Callable[[int, int], None],
+) -> Worst:
+    """The least stiffness (n,) of an entry between the points of the grid as well."""
+    own = asked.along([entry])
+
+    def value(coordinates: Array) -> Array:
+        return own.stiffness(_rolled(asked, policy, family.places(coordinates)))[0][:, 0]
+
+    found = lowest(family, on_grid, value, progress)
+    there = _rolled(asked, policy, family.places(found.coordinates[None]))
+    stiffness, frequency = own.stiffness(there)
+    assert there.roll is not None
+    x, y, z = there.position[0].tolist()
+    azimuth, tilt, roll = (float(a[0]) for a in (there.azimuth, there.tilt, there.roll))
+    least, at = float(stiffness[0, 0]), float(frequency[0, 0])
+    return Worst(entry, least, at, (x, y, z), azimuth, tilt, roll, float(np.nanmin(on_grid)))
 
 
 def _swept(
-    setting: _Setting, places: Places, frequency: Array, progress: Callable[[int, int], None]
+    asked: Responses, places: Places, frequency: Array, progress: Callable[[int, int], None]
 ) -> tuple[Array, Array, Array, Array]:
     """Least stiffness and where (m, k), least and greatest |H| (k, f) over the places, which are all reached."""
-    fine = grid(setting.low, setting.high, setting.least_damping)
+    fine = grid(asked.low, asked.high, asked.least_damping)
     together = np.unique(np.concatenate([frequency, fine]))
     wanted = np.searchsorted(together, frequency)
-    asked = setting.asked(places)
-    effort = plan(asked.machine, asked.poses, asked.stand, 2 * math.pi * setting.high).effort
-    size, at = (np.empty((len(asked), len(setting.entries.pairs))) for _ in range(2))
+    there = asked.asked(places)
+    effort = plan(there.machine, there.poses, there.stand, 2 * math.pi * asked.high).effort
+    size, at = (np.empty((len(there), len(asked.entries.pairs))) for _ in range(2))
     least, most = (np.full((size.shape[1], len(frequency)), sign * np.inf) for sign in (1, -1))
-    for rows, values in receptances(asked, together):
+    for rows, values in receptances(there, together):
         sizes = np.abs(values)
-        some = asked.part(np.arange(rows.start, rows.stop))
-        size[rows], at[rows] = climbed(some, together, sizes, setting.least_damping, effort)
+        some = there.part(np.arange(rows.start, rows.stop))
+        size[rows], at[rows] = climbed(some, together, sizes, asked.least_damping, effort)
         least = np.minimum(least, sizes[..., wanted].min(axis=0))
         most = np.maximum(most, sizes[..., wanted].max(axis=0))
-        progress(rows.stop, len(asked))
+        progress(rows.stop, len(there))
     return 1 / size, at, least, most
-
-
-def _setting(
-    machine: Machine, mode: str | None, entries: Sequence[str], point: str, loss_factor: float, low: float, high: float
-) -> _Setting:
-    if point not in ("platform", "tool"):
-        raise InputError(f"point '{point}': expected platform (its centre) or tool (its tip)")
-    if not entries:
-        raise InputError("entries: none; name at least one, as in xx or x_ry")
-    tip = machine.platform.tool_tip if point == "tool" else None
-    if point == "tool" and tip is None:
-        raise InputError(f"point tool: {machine.name} has no platform.tool_tip; give one, or write platform")
-    if not 0 <= loss_factor < 2:
-        raise InputError(f"loss factor: {loss_factor:g}; expected 0 or more, and below 2")
-    signs = closed_form_signs(machine, mode)
-    damping = least_damping(machine, loss_factor)
-    named = Entries.named([directions(name) for name in entries])
-    return _Setting(machine, signs, named, loss_factor, damping, tip, low, high)
-
-
-def hemisphere_of(machine: Machine, steps: int = 10, radius: float | None = None, height: float | None = None) -> Family:
-    """The machine's own workpiece hemisphere, or one given by radius and height of its centre (m).
-
-    Raises:
-        InputError: when the machine file has no workpiece and either number is missing.
-    """
-    return over_hemisphere(*workpiece_of(machine, radius, height), steps)
-
-
-def _frames(places: Places) -> Frame:
-    return zyz_frame(places.position, places.azimuth, places.tilt, places.roll)
-
-
-def _some(places: Places, index: Array) -> Places:
-    roll = None if places.roll is None else places.roll[index]
-    return Places(places.position[index], places.azimuth[index], places.tilt[index], roll)

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from trivet.errors import InputError
+from trivet.files import replacing
 from trivet.results.netcdf import COMPONENTS, labelled
 from trivet.study.atlas import Atlas
 
@@ -44,3 +50,40 @@ def atlas_dataset(result: Atlas) -> xr.Dataset:
         point=result.point,
         loss_factor=result.loss_factor,
     )
+
+
+def save_responses(
+    result: Atlas,
+    path: str | os.PathLike[str],
+    *,
+    overwrite: bool = False,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> None:
+    """Write an atlas as NetCDF with the responses at every pose, a few poses at a time; the file appears whole or not at all.
+
+    Args:
+        result: the atlas.
+        path: file to write.
+        overwrite: whether the file may be replaced.
+        progress: called with the poses that are written, and their number.
+
+    Raises:
+        InputError: when the file exists unasked or cannot be written, or the disk has no room for it.
+    """
+    import h5netcdf
+
+    shape = (len(result.family), len(result.entries), len(result.frequency), 2)
+    needed, room = 8.0 * np.prod(shape, dtype=float), shutil.disk_usage(Path(os.path.realpath(path)).parent).free
+    if needed > room:
+        what = f"responses of {shape[0]:,} poses, {shape[1]} entries and {shape[2]:,} frequencies take {needed / 1e9:.3g} GB"
+        raise InputError(f"{os.fspath(path)}: {what}, the disk has room for {room / 1e9:.3g} GB; take fewer of them")
+    with replacing(path, overwrite=overwrite) as temporary:
+        atlas_dataset(result).assign_coords(part=["real", "imag"]).to_netcdf(temporary, engine="h5netcdf")
+        with h5netcdf.File(temporary, "a") as file:
+            variable = file.create_variable(
+                "receptance", ("point", "entry", "frequency", "part"), float, chunks=(1, 1, *shape[2:]), fillvalue=np.nan
+            )
+            variable.attrs.update(units=_RECEPTANCE, long_name="H, exp(+i omega t); NaN where the pose is not reached")
+            for rows, values in result.receptances():
+                variable[rows] = np.stack([values.real, values.imag], axis=-1)
+                progress(rows.stop, shape[0])

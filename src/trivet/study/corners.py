@@ -38,3 +38,15 @@ def pose_along(corners: Array, place: Any) -> Array:
     """(..., 6): poses at places along a path of corners (c, 6), 1 being the first."""
     known = np.arange(1, len(corners) + 1)
     return np.stack([np.interp(place, known, column) for column in corners.T], axis=-1)
+
+
+def places_along(corners: Array, length: float, steps: int) -> list[float]:
+    """Places along a path of corners (c, 6), so many steps or a few more of about the same size, every corner among them.
+
+    The length (m) compares turns with distances.
+    """
+    change = np.abs(np.diff(corners, axis=0))
+    moved = np.linalg.norm(change[:, :3], axis=1) / (length or 1.0)
+    size = np.maximum(moved, change[:, 3:].max(axis=1))
+    counts = np.maximum(np.ceil(steps * size / size.sum() - STILL), 1).astype(int)
+    return [1.0] + [1 + k + float(part) / count for k, count in enumerate(counts) for part in range(1, count + 1)]

@@ -19,7 +19,7 @@ from trivet.kinematics.report import joint_state_once, shortfall
 from trivet.model import Machine
 from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
-from trivet.study.corners import STILL, corners_of, pose_along
+from trivet.study.corners import STILL, corners_of, places_along, pose_along
 from trivet.study.machines import MachineLike, choose
 from trivet.study.pathfile import PathFile, read_path
 from trivet.vibration.encounters import Encounter
@@ -157,7 +157,7 @@ def modes_along(
         raise InputError(f"count: {count}; expected at least 1 mode")
     require_six_freedoms(chosen)
     way = _Walk(chosen, parse_mode(chosen, mode), corners_of(path if isinstance(path, PathFile) else read_path(path)), anyway)
-    places = way.places(steps)
+    places = places_along(way.corners, float(chosen.characteristic_length), steps)
     way.require_reached(places)
     # The exact frequencies take about as long as following the modes.
     total = 2 * len(places)
@@ -203,14 +203,6 @@ class _Walk:
     signs: Any
     corners: Array
     anyway: bool
-
-    def places(self, steps: int) -> list[float]:
-        """So many steps or a few more, every pose of the path being among them, and of about the same size."""
-        change = np.abs(np.diff(self.corners, axis=0))
-        moved = np.linalg.norm(change[:, :3], axis=1) / (float(self.machine.characteristic_length) or 1.0)
-        size = np.maximum(moved, change[:, 3:].max(axis=1))
-        counts = np.maximum(np.ceil(steps * size / size.sum() - STILL), 1).astype(int)
-        return [1.0] + [1 + k + float(part) / count for k, count in enumerate(counts) for part in range(1, count + 1)]
 
     def frame(self, place: float) -> Frame:
         """The platform frame."""

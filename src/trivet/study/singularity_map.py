@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -26,9 +25,9 @@ from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
 from trivet.space.scalar import Scalar
 from trivet.space.surface import Surface
-from trivet.statics.best_roll import ROLLS, best_roll
-from trivet.statics.objective import objective
+from trivet.statics.best_roll import ROLLS
 from trivet.study.machines import MachineLike, choose
+from trivet.study.roll_policy import RollPolicy, roll_policy
 from trivet.study.stiffness_map import surface_of
 from trivet.study.zero_set import zero_set
 
@@ -37,14 +36,6 @@ Array = NDArray[Any]
 QUANTITIES = ("sigma_min", "det J_x", "1/det J_G^-1", "1/det J^-1", "ITI", "OTI", "LTI")
 """What can be shown.  Of the transmission indices the least over the actuators.  1/det J^-1 is that of the paper's Fig 4, whose
 angles make it infinite at zero tilt as well; J_G^-1 has no such fault."""
-
-
-class RollPolicy(NamedTuple):
-    """How the roll is chosen at every point."""
-
-    name: str
-    choose: Callable[[Machine, Surface, Any], Array]
-    """Rolls (n,) in rad for a machine, a surface and signs; NaN where none is reached."""
 
 
 @dataclass(frozen=True)
@@ -115,37 +106,6 @@ class SingularityMap:
             return "m^3"
         power = sum(joint.is_angular for _, joint in actuators(self.machine)) - 3
         return f"m^{power}" if chosen.startswith("1/det") and power else ""
-
-
-def roll_policy(roll: str | float, rolls: int = ROLLS, progress: Callable[[int], None] = lambda points: None) -> RollPolicy:
-    """Read a policy for the roll.
-
-    Args:
-        roll: an angle (rad) for a fixed roll; "-alpha" for a roll against the azimuth, so that the platform leans without
-            spinning; "best K_xx" (or any other objective) for the roll of greatest stiffness.
-        rolls: rolls of the first grid of a best roll.
-        progress: called with the number of points done of a best roll.
-
-    Raises:
-        InputError: for anything else.
-    """
-    if not isinstance(roll, str):
-        if not math.isfinite(roll):
-            raise InputError(f"roll {roll}: a fixed roll is a finite angle")
-        return RollPolicy(f"{math.degrees(roll):.6g} deg", lambda machine, surface, signs: np.full(len(surface), float(roll)))
-    if roll == "-alpha":
-        return RollPolicy(roll, lambda machine, surface, signs: -surface.azimuth)
-    word, _, name = roll.partition(" ")
-    if word != "best":
-        raise InputError(
-            f'roll "{roll}" is not known: an angle, -alpha or best OBJECTIVE{nearest(roll, ("-alpha", "best K_xx"))}'
-        )
-    scalar = objective(name or "K_xx")
-
-    def choose_best(machine: Machine, surface: Surface, signs: Any) -> Array:
-        return best_roll(machine, surface, signs, scalar, rolls, progress).roll
-
-    return RollPolicy(f"best {scalar.name}", choose_best)
 
 
 def singularity_map(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -10,8 +11,91 @@ from trivet.cli import options as o
 from trivet.cli import output
 from trivet.cli.groups import Choice, DataOutput, Hemisphere, Model
 
+if TYPE_CHECKING:
+    from trivet.model import Machine
+    from trivet.space.family import Family
+
 DYNAMIC = "dynamic-stiffness"
-_OPTIONS = {"entries": "--entries", "point": "--point", "low": "--from", "high": "--to", "loss_factor": "--loss-factor"}
+_OPTIONS = {"low": "--from", "high": "--to"}
+
+
+@dataclass(frozen=True)
+class Vibrating:
+    """What concerns dynamic stiffness only."""
+
+    entries: Annotated[
+        str | None,
+        typer.Option("--entries", help="Of dynamic-stiffness: motion, then load, such as xx, z_ry.  [default: xx,yy,zz]"),
+    ] = None
+    point: Annotated[
+        str | None,
+        typer.Option("--point", help="Of dynamic-stiffness: platform or tool.  [default: platform]", metavar="platform|tool"),
+    ] = None
+    low: Annotated[str | None, typer.Option("--from", help="Of dynamic-stiffness.  [default: 5 Hz]", metavar="FREQUENCY")] = (
+        None
+    )
+    high: Annotated[str | None, typer.Option("--to", help="Of dynamic-stiffness.  [default: 3000 Hz]", metavar="FREQUENCY")] = (
+        None
+    )
+    loss_factor: Annotated[
+        float | None,
+        typer.Option("--loss-factor", help="Of dynamic-stiffness: of all that has none of its own.  [default: 0.02]"),
+    ] = None
+    path: Annotated[
+        str | None,
+        typer.Option("--path", help="Of dynamic-stiffness: along a path file instead, in --steps steps.", metavar="FILE"),
+    ] = None
+    block: Annotated[
+        str | None,
+        typer.Option(
+            "--block",
+            help="Of dynamic-stiffness: in a block of this size instead, --steps from side to side; 0 mm for none.",
+            metavar="X,Y,Z",
+        ),
+    ] = None
+    centre: Annotated[str | None, typer.Option("--centre", help="Of the block; home by default.", metavar="X,Y,Z")] = None
+    azimuth: Annotated[str | None, typer.Option("--azimuth", help="Of the platform normal in a block; 0 by default.")] = None
+    tilt: Annotated[str | None, typer.Option("--tilt", help="Of the platform normal in a block; 0 by default.")] = None
+    responses: Annotated[
+        bool, typer.Option("--responses", help="Of dynamic-stiffness: write the responses of every pose into --data as well.")
+    ] = False
+
+    @property
+    def given(self) -> list[str]:
+        """The options that are given."""
+        names = (field.name for field in fields(self) if getattr(self, field.name) not in (None, False))
+        return [_OPTIONS.get(name, "--" + name.replace("_", "-")) for name in names]
+
+    def asked(self) -> dict[str, Any]:
+        """What is given of the entries, the point, the range and the damping, as `study.atlas` takes it."""
+        entries = None if self.entries is None else tuple(name.strip() for name in self.entries.split(","))
+        low, high = (
+            o.quantity(option, text, "frequency", "Hz", True) for option, text in (("--from", self.low), ("--to", self.high))
+        )
+        asked = {"entries": entries, "point": self.point, "low": low, "high": high, "loss_factor": self.loss_factor}
+        return {name: value for name, value in asked.items() if value is not None}
+
+    def family(self, machine: Machine, points: Hemisphere) -> Family:
+        """Over which poses."""
+        from trivet.errors import InputError
+        from trivet.space.family import in_block
+        from trivet.study.families import along_path
+
+        if self.path is not None and self.block is not None:
+            raise InputError("--path, --block: one or the other")
+        if (self.path is not None or self.block is not None) and any(length is not None for length in points.lengths()):
+            raise InputError("--radius, --height: of the hemisphere; not with --path or --block")
+        if self.block is None and (self.centre, self.azimuth, self.tilt) != (None, None, None):
+            raise InputError("--centre, --azimuth, --tilt: of a block; give --block as well")
+        if self.path is not None:
+            return along_path(machine, self.path, points.steps)
+        size = o.triple("--block", self.block, "length", "m")
+        if size is None:
+            return points.family(machine)
+        centre = o.triple("--centre", self.centre, "length", "m") or machine.home.position
+        angles = (o.quantity(name, text, "angle", "rad") for name, text in (("--azimuth", self.azimuth), ("--tilt", self.tilt)))
+        azimuth, tilt = (angle or 0.0 for angle in angles)
+        return in_block(centre, size, (points.steps,) * 3, azimuth, tilt)
 
 
 def run(
@@ -33,34 +117,15 @@ def run(
     mode: o.Mode = None,
     points: Hemisphere,
     rolls: Annotated[int | None, o.ROLLS] = None,
-    entries: Annotated[
-        str | None,
-        typer.Option("--entries", help="Of dynamic-stiffness: motion, then load, such as xx, z_ry.  [default: xx,yy,zz]"),
-    ] = None,
-    point: Annotated[
-        str | None,
-        typer.Option("--point", help="Of dynamic-stiffness: platform or tool.  [default: platform]", metavar="platform|tool"),
-    ] = None,
-    low: Annotated[
-        str | None, typer.Option("--from", help="Of dynamic-stiffness.  [default: 5 Hz]", metavar="FREQUENCY")
-    ] = None,
-    high: Annotated[
-        str | None, typer.Option("--to", help="Of dynamic-stiffness.  [default: 3000 Hz]", metavar="FREQUENCY")
-    ] = None,
-    loss_factor: Annotated[
-        float | None,
-        typer.Option("--loss-factor", help="Of dynamic-stiffness: of all that has none of its own.  [default: 0.02]"),
-    ] = None,
+    vibrating: Vibrating,
     model: Model,
     out: DataOutput,
 ) -> None:
     """Stiffness, dynamic stiffness or singularities over the workpiece hemisphere, with the best roll at every point."""
-    from trivet.cli.views import atlas as dynamic
     from trivet.cli.views import singularity_map as singularities
     from trivet.cli.views import stiffness_map as stiffnesses
     from trivet.errors import InputError
     from trivet.statics.best_roll import ROLLS
-    from trivet.study.atlas import atlas
     from trivet.study.singularity_map import singularity_map
     from trivet.study.stiffness_map import stiffness_map
 
@@ -69,11 +134,12 @@ def run(
     policy = _policy(roll, objective)
     if (objective or rolls) and quantity != "stiffness" and not str(policy).startswith("best"):
         raise InputError("--objective and --rolls choose the best roll; they do not go with another --roll")
-    asked = {"entries": entries, "point": point, "low": low, "high": high, "loss_factor": loss_factor}
-    vibrating = _vibrating(asked)
-    if vibrating and quantity != DYNAMIC:
-        raise InputError(f"{', '.join(_OPTIONS[name] for name in vibrating)}: only with --quantity {DYNAMIC}")
+    if vibrating.given and quantity != DYNAMIC:
+        raise InputError(f"{', '.join(vibrating.given)}: only with --quantity {DYNAMIC}")
     chosen = choice.load(model)
+    if quantity == DYNAMIC:
+        _dynamic(chosen, vibrating, points, policy, mode, rolls, out)
+        return
     surface = points.over(chosen)
     out.check()
     with output.progress(out.as_json) as advance:
@@ -86,36 +152,48 @@ def run(
             stiff = stiffness_map(
                 chosen, surface, objective=objective or "K_xx", mode=mode, rolls=rolls or ROLLS, progress=done
             )
-        elif quantity == DYNAMIC:
-            found = atlas(
-                chosen, points.family(chosen), roll=policy, mode=mode, rolls=rolls or ROLLS,
-                progress=lambda count, total: advance(chosen.name, count, total), **vibrating,
-            )  # fmt: skip
         else:
             near = singularity_map(
                 chosen, surface, quantity=quantity, roll=policy, mode=mode, rolls=rolls or ROLLS, progress=done
             )
     if quantity == "stiffness":
         out.give(stiff, stiffnesses)
-    elif quantity == DYNAMIC:
-        out.give(found, dynamic)
     else:
         out.give(near, singularities)
 
 
-def _vibrating(asked: dict[str, Any]) -> dict[str, Any]:
-    """What is given of the options of a map of dynamic stiffness, as `atlas` takes it."""
-    given = {name: value for name, value in asked.items() if value is not None}
-    if "entries" in given:
-        given["entries"] = tuple(name.strip() for name in given["entries"].split(","))
-    for name in ("low", "high"):
-        if name in given:
-            given[name] = o.quantity(_OPTIONS[name], given[name], "frequency", "Hz", True)
-    return given
+def _dynamic(
+    chosen: Machine,
+    vibrating: Vibrating,
+    points: Hemisphere,
+    policy: str | float,
+    mode: str | None,
+    rolls: int | None,
+    out: DataOutput,
+) -> None:
+    from trivet.cli.views import atlas as view
+    from trivet.errors import InputError
+    from trivet.study.atlas import atlas
+    from trivet.study.atlas_datasets import save_responses
+
+    if vibrating.responses and out.data is None:
+        raise InputError("--responses: are written into --data; give it a file")
+    family, asked = vibrating.family(chosen, points), vibrating.asked()
+    out.check()
+    with output.progress(out.as_json, "") as advance:
+        found = atlas(chosen, family, roll=policy, mode=mode, rolls=rolls, progress=advance, **asked)
+    if not vibrating.responses:
+        out.give(found, view)
+        return
+    out.without_data().give(found, view)
+    assert out.data is not None
+    with output.progress(out.as_json, "poses") as advance:
+        save_responses(found, out.data, overwrite=out.overwrite, progress=lambda done, total: advance("responses", done, total))
+    output.wrote(out.data)
 
 
 def _policy(text: str | None, objective: str | None) -> str | float:
-    """A policy for the roll as `singularity_map` takes it."""
+    """A policy for the roll as `singularity_map` and `atlas` take it."""
     if text is None or text == "best":
         return f"best {objective or 'K_xx'}"
     if text == "-alpha" or text.startswith("best "):
