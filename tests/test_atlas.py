@@ -11,8 +11,7 @@ import pytest
 import trivet
 from trivet.errors import InputError, NoResultError
 from trivet.model import load
-from trivet.space.family import Family, Places, along, in_block, over_hemisphere
-from trivet.space.search import lowest
+from trivet.space.family import along, in_block, over_hemisphere
 from trivet.study.atlas import Atlas, atlas
 
 LOW, HIGH = 20.0, 900.0
@@ -21,45 +20,6 @@ LOW, HIGH = 20.0, 900.0
 @pytest.fixture(scope="module")
 def small() -> Atlas:
     return atlas("azulay", over_hemisphere(0.121, 0.004, 3), entries=("xx", "zz", "x_ry"), low=LOW, high=HIGH, points=300)
-
-
-def bowl(coordinates: np.ndarray) -> np.ndarray:
-    return np.hypot(coordinates[:, 0] - 0.31, 2 * (coordinates[:, 1] + 0.27)) + 0.1 * np.cos(20 * coordinates[:, 0])
-
-
-def plane(coordinates: np.ndarray) -> Places:
-    inside = np.all(np.abs(coordinates) <= 1, axis=1)[:, None]
-    flat = np.where(inside, np.column_stack([coordinates, np.zeros(len(coordinates))]), np.nan)
-    return Places(flat, np.zeros(len(flat)), np.zeros(len(flat)), None)
-
-
-def test_lowest_is_that_of_a_fine_grid() -> None:
-    line = np.linspace(-1, 1, 9)
-    grid = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
-    family = Family("square", grid, np.array([0.25, 0.25]), plane)
-    found = lowest(family, bowl(grid), bowl)
-    fine = np.linspace(-1, 1, 1601)
-    brute = bowl(np.stack(np.meshgrid(fine, fine, indexing="ij"), axis=-1).reshape(-1, 2)).min()
-    assert found.value <= brute
-    np.testing.assert_allclose(found.value, brute, atol=2e-3)
-    np.testing.assert_allclose(bowl(found.coordinates[None])[0], found.value)
-    # At an edge, beyond which the function has no value.
-    edge = lowest(family, grid @ [1.0, 0.5], lambda c: np.where(np.all(np.abs(c) <= 1, axis=1), c @ [1.0, 0.5], np.nan))
-    np.testing.assert_allclose(edge.coordinates, [-1, -1], atol=1e-5)
-    assert np.isnan(lowest(family, np.full(len(grid), np.nan), bowl).value)
-
-
-def test_the_lowest_point_of_a_grid_may_lead_astray() -> None:
-    """A wide valley, and a narrow one beside a point of the grid."""
-
-    def valleys(x: np.ndarray) -> np.ndarray:
-        return np.minimum((x[:, 0] + 0.5) ** 2, 21 * np.abs(x[:, 0] - 0.45) - 1)
-
-    grid = np.linspace(-1, 1, 21)[:, None]
-    family = Family("line", grid, np.array([0.1]), plane)
-    np.testing.assert_allclose(grid[valleys(grid).argmin()], -0.5)
-    found = lowest(family, valleys(grid), valleys)
-    np.testing.assert_allclose((found.coordinates[0], found.value), (0.45, -1), atol=1e-4)
 
 
 def test_a_pose_beyond_a_travel_is_not_reached() -> None:

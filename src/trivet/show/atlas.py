@@ -11,8 +11,9 @@ import numpy as np
 from trivet.files import replacing
 from trivet.kinematics.mode import mode_words
 from trivet.show.maps import EXCLUDED, check_suffix
-from trivet.study.atlas import Atlas, Worst
+from trivet.study.atlas import Atlas
 from trivet.study.response_summary import unit_of_least
+from trivet.study.worst import Worst
 
 BAND = "#4477AA"
 MARK = "#C8102E"

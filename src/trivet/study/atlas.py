@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,35 +16,16 @@ from trivet.kinematics.mode import mode_text, mode_words
 from trivet.model import Machine
 from trivet.space.family import Family, Places
 from trivet.space.frame import Frame
-from trivet.space.search import lowest
 from trivet.study.families import hemisphere_of
 from trivet.study.machines import MachineLike, choose
 from trivet.study.responses import Responses
-from trivet.study.roll_policy import RollPolicy
+from trivet.study.worst import Worst, rolled, worst
 from trivet.vibration.directional import climbed, receptances
 from trivet.vibration.resonance import grid
 from trivet.vibration.spectral import plan
 
 Array = NDArray[Any]
 Progress = Callable[[str, int, int], None]
-
-
-class Worst(NamedTuple):
-    """The pose at which a dynamic stiffness is least, sought between the points of the grid."""
-
-    entry: str
-    stiffness: float
-    """N/m, N/rad, N m/rad."""
-    frequency: float
-    """Hz."""
-    position: tuple[float, float, float]
-    """m in {O}."""
-    azimuth: float
-    tilt: float
-    roll: float
-    """rad."""
-    on_grid: float
-    """The least at a point of the grid."""
 
 
 @dataclass(frozen=True)
@@ -140,7 +121,7 @@ def atlas(
         places = free
     else:
         told = asked.roll_policy(roll, rolls, lambda done: progress("best rolls", done, len(family)))
-        places = _rolled(asked, told, free)
+        places = rolled(asked, told, free)
     there = np.flatnonzero(asked.reached(places))
     name = mode_text(chosen, asked.signs)
     if not len(there):
@@ -150,49 +131,14 @@ def atlas(
     stiffness, at_frequency, least, most = _swept(asked, places.some(there), frequency, partial(progress, "responses"))
     whole, where = (np.full((len(family), len(entries)), np.nan) for _ in range(2))
     whole[there], where[there] = stiffness, at_frequency
-    worst = tuple(
-        _worst(asked, policy, family, entry, whole[:, k], partial(progress, f"worst pose, {entry}"))
+    worst_poses = tuple(
+        worst(asked.along([entry]), policy, family, places, whole[:, k], partial(progress, f"worst pose, {entry}"))
         for k, entry in enumerate(entries)
     )
     return Atlas(
         chosen, name, family, "as given" if policy is None else policy.name, places, point, tuple(entries), frequency,
-        loss_factor, whole, where, least, most, worst,
+        loss_factor, whole, where, least, most, worst_poses,
     )  # fmt: skip
-
-
-def _rolled(asked: Responses, policy: RollPolicy | None, places: Places) -> Places:
-    """Places with their rolls; NaN outside the family, and where the policy reaches nothing."""
-    if policy is None:
-        return places
-    known: Array = np.all(np.isfinite(places.position), axis=1)
-    rolls = np.full(len(known), np.nan)
-    if known.any():
-        rolls[known] = policy.choose(asked.machine, places.some(np.flatnonzero(known)).surface("family"), asked.signs)
-    return places._replace(roll=rolls)
-
-
-def _worst(
-    asked: Responses,
-    policy: RollPolicy | None,
-    family: Family,
-    entry: str,
-    on_grid: Array,
-    progress: Callable[[int, int], None],
-) -> Worst:
-    """The least stiffness (n,) of an entry between the points of the grid as well."""
-    own = asked.along([entry])
-
-    def value(coordinates: Array) -> Array:
-        return own.stiffness(_rolled(asked, policy, family.places(coordinates)))[0][:, 0]
-
-    found = lowest(family, on_grid, value, progress)
-    there = _rolled(asked, policy, family.places(found.coordinates[None]))
-    stiffness, frequency = own.stiffness(there)
-    assert there.roll is not None
-    x, y, z = there.position[0].tolist()
-    azimuth, tilt, roll = (float(a[0]) for a in (there.azimuth, there.tilt, there.roll))
-    least, at = float(stiffness[0, 0]), float(frequency[0, 0])
-    return Worst(entry, least, at, (x, y, z), azimuth, tilt, roll, float(np.nanmin(on_grid)))
 
 
 def _swept(

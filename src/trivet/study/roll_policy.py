@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +18,24 @@ from trivet.statics.objective import objective
 Array = NDArray[Any]
 
 
-class RollPolicy(NamedTuple):
+class RollPolicy(Protocol):
     """How the roll is chosen at every point."""
+
+    @property
+    def name(self) -> str:
+        """As people write it."""
+        ...
+
+    def choose(self, machine: Machine, surface: Surface, signs: Any, /) -> Array:
+        """Rolls (n,) in rad for a machine, a surface and signs; NaN where none is reached."""
+        ...
+
+
+class _Rule(NamedTuple):
+    """A policy."""
 
     name: str
     choose: Callable[[Machine, Surface, Any], Array]
-    """Rolls (n,) in rad for a machine, a surface and signs; NaN where none is reached."""
 
 
 def roll_policy(roll: str | float, rolls: int = ROLLS, progress: Callable[[int], None] = lambda points: None) -> RollPolicy:
@@ -41,9 +53,9 @@ def roll_policy(roll: str | float, rolls: int = ROLLS, progress: Callable[[int],
     if not isinstance(roll, str):
         if not math.isfinite(roll):
             raise InputError(f"roll {roll}: a fixed roll is a finite angle")
-        return RollPolicy(f"{math.degrees(roll):.6g} deg", lambda machine, surface, signs: np.full(len(surface), float(roll)))
+        return _Rule(f"{math.degrees(roll):.6g} deg", lambda machine, surface, signs: np.full(len(surface), float(roll)))
     if roll == "-alpha":
-        return RollPolicy(roll, lambda machine, surface, signs: -surface.azimuth)
+        return _Rule(roll, lambda machine, surface, signs: -surface.azimuth)
     word, _, name = roll.partition(" ")
     if word != "best":
         raise InputError(
@@ -54,4 +66,4 @@ def roll_policy(roll: str | float, rolls: int = ROLLS, progress: Callable[[int],
     def choose_best(machine: Machine, surface: Surface, signs: Any) -> Array:
         return best_roll(machine, surface, signs, scalar, rolls, progress).roll
 
-    return RollPolicy(f"best {scalar.name}", choose_best)
+    return _Rule(f"best {scalar.name}", choose_best)

@@ -1,0 +1,84 @@
+"""The roll of greatest dynamic stiffness, and the worst pose with it, against brute force."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from trivet.errors import InputError
+from trivet.model import load
+from trivet.space.family import Places, in_block, over_hemisphere
+from trivet.study.atlas import atlas
+from trivet.study.responses import Responses
+
+ASKED = Responses.of(load("azulay").with_spherical("free"), None, ["yy"], "platform", 0.02, 20.0, 900.0)
+ROLLS = np.arange(0, 2 * np.pi / 3, 2 * np.pi / 720)
+"""After which the machine is the same again."""
+
+
+def brute(places: Places) -> np.ndarray:
+    """The greatest over many rolls of the least dynamic stiffness along y, place by place."""
+    count = len(places.tilt)
+    free = places.some(np.repeat(np.arange(count), len(ROLLS)))
+    found = ASKED.stiffness(free._replace(roll=np.tile(ROLLS, count)))[0][:, 0]
+    return np.nanmax(found.reshape(count, -1), axis=1)
+
+
+def test_no_other_roll_is_stiffer() -> None:
+    family = over_hemisphere(0.121, 0.004, 5)
+    places = family.places(family.coordinates).some(np.array([3, 20, 40, 66]))
+    told: list[int] = []
+    policy = ASKED.roll_policy("best D_yy", progress=told.append)
+    roll = policy.choose(ASKED.machine, places.surface("four"), ASKED.signs)
+    own = ASKED.stiffness(places._replace(roll=roll))[0][:, 0]
+    most = brute(places)
+    assert np.all(own >= most * (1 - 1e-9))
+    np.testing.assert_allclose(own, most, rtol=0.02)
+    static = ASKED.roll_policy("best K_yy").choose(ASKED.machine, places.surface("four"), ASKED.signs)
+    assert np.all(own >= ASKED.stiffness(places._replace(roll=static))[0][:, 0] * (1 - 1e-9))
+    assert policy.name == "best D_yy"
+    assert told == [4]
+
+
+def test_where_no_roll_reaches() -> None:
+    family = over_hemisphere(0.9, 0.004, 1)
+    roll = ASKED.roll_policy("best D_yy").choose(ASKED.machine, family.places(family.coordinates).surface("far"), ASKED.signs)
+    assert np.isnan(roll).all()
+
+
+def test_worst_pose_with_the_best_roll() -> None:
+    """Along a line on which the best roll of one point is not that of the next."""
+    line = in_block((0.0, 0.0, 0.122), (0.008, 0.0, 0.0), (4, 1, 1), azimuth=0.4, tilt=0.5)
+    found = atlas(ASKED.machine, line, entries=("yy",), roll="best D_yy", low=20.0, high=900.0, points=5)
+    (worst,) = found.worst
+    assert found.policy == "best D_yy"
+    finer = in_block((0.0, 0.0, 0.122), (0.008, 0.0, 0.0), (40, 1, 1), azimuth=0.4, tilt=0.5)
+    places = finer.places(finer.coordinates)
+    roll = ASKED.roll_policy("best D_yy").choose(ASKED.machine, places.surface("line"), ASKED.signs)
+    least = ASKED.stiffness(places._replace(roll=roll))[0].min()
+    assert worst.stiffness <= worst.on_grid
+    np.testing.assert_allclose(worst.stiffness, least, rtol=1e-6)
+    # No roll of many is stiffer there; the hill is so sharp that they miss its top.
+    place = Places(np.array([worst.position]), np.array([worst.azimuth]), np.array([worst.tilt]), None)
+    most = brute(place)[0]
+    assert worst.stiffness >= most
+    np.testing.assert_allclose(worst.stiffness, most, rtol=0.02)
+
+
+def test_rolls_at_which_a_machine_is_the_same() -> None:
+    """It is not where the platform's mass or the tool lie beside the axis, however alike the chains."""
+    assert ASKED.roll_symmetry() == 3
+    machine = ASKED.machine
+    heavy = dataclasses.replace(machine, platform=dataclasses.replace(machine.platform, centre_of_mass=(0.001, 0.0, 0.0)))
+    tool = dataclasses.replace(machine, platform=dataclasses.replace(machine.platform, tool_tip=(0.0, 0.001, 0.02)))
+    straight = dataclasses.replace(machine, platform=dataclasses.replace(machine.platform, tool_tip=(0.0, 0.0, 0.02)))
+    for own, point, symmetry in ((heavy, "platform", 1), (tool, "tool", 1), (straight, "tool", 3)):
+        assert Responses.of(own, None, ["yy"], point, 0.02, 20.0, 900.0).roll_symmetry() == symmetry
+
+
+@pytest.mark.parametrize(("roll", "rolls", "words"), [("best D_q", None, "q"), ("best D_xx", 4, "rolls: 4; between 8")])
+def test_wrong_input(roll: str, rolls: int | None, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        ASKED.roll_policy(roll, rolls)
