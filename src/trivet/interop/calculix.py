@@ -173,7 +173,7 @@ def _add_joints(deck: _Deck) -> None:
             node = deck.add(joint.at[None])
             if rate > 0:
                 deck.element("SPRING1", f"SPRING{node}", [[node]])
-                deck.parts.append(f"*SPRING, ELSET=SPRING{node}\n1\n{rate:.12e}")
+                deck.parts.append(f"*SPRING, ELSET=SPRING{node}\n1\n{rate:.12e}\n*BOUNDARY\n{node}, 2, 3")
 
 
 def _add_solid(deck: _Deck, body: Body, solid: Solid, check: SolidCheck) -> None:
