@@ -108,3 +108,17 @@ def test_what_is_enough_ends_the_search() -> None:
 def test_a_period() -> None:
     found = lowest_angles(lambda which, angle: -np.cos(3 * (angle - 1.7)), 1, 12, period=2 * np.pi / 3)
     np.testing.assert_allclose(found.angle, 1.7, atol=1e-6)
+
+
+def test_what_is_not_below_its_bound_does_not_matter() -> None:
+    line = np.linspace(-1, 1, 9)
+    grid = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+    family = Family("square", grid, np.array([0.25, 0.25]), plane)
+
+    def several(c: np.ndarray) -> np.ndarray:
+        return np.cos(9 * c[:, 0]) * np.cos(7 * c[:, 1]) + 0.3 * np.abs(c[:, 0] + 0.9 * c[:, 1] - 0.4)
+
+    known = lowest(family, several(grid), lambda c, bound: several(c))
+    lazy = lowest(family, several(grid), lambda c, bound: np.where(several(c) < bound, several(c), bound + 5.0))
+    assert lazy.value == known.value
+    np.testing.assert_array_equal(lazy.coordinates, known.coordinates)
