@@ -20,6 +20,7 @@ from trivet.chatter.tool_point import tool_point
 from trivet.chatter.zero_order import Limits, branches, limits, lowest
 from trivet.errors import InputError, NoResultError
 from trivet.model import Machine, load
+from trivet.space.pose import zyz_frame
 from trivet.study.lobes import RPM, Lobes
 
 # Insperger and Stepan, Int. J. Numer. Meth. Engng 61:117 (2004): one mode along the feed, two teeth.
@@ -266,14 +267,12 @@ def test_up_and_down_milling_are_mirror_images_but_for_the_sense_of_the_cutter()
 
 
 def test_the_cutting_plane() -> None:
-    from trivet.space.pose import zyz_frame
-
     tipped = with_tip(40)
     frame = zyz_frame((0.0, 0.0, 0.125), 0.6, 0.4, 0.0)
     rolled = zyz_frame((0.0, 0.0, 0.125), 0.6, 0.4, 1.1)
     own = tool_point(tipped, frame, 0.3)
     normal = np.array([float(c) for c in frame.z])
-    assert own.place == "tool"
+    assert (own.place, own.side) == ("tool", 1)
     np.testing.assert_allclose(own.axes @ own.axes.T, np.eye(2), atol=1e-12)
     np.testing.assert_allclose(np.cross(*own.axes), -normal, atol=1e-12)  # from the tip to the platform: teeth turn clockwise
     np.testing.assert_allclose(tool_point(tipped, rolled, 0.3).axes, own.axes, atol=1e-12)
@@ -282,10 +281,40 @@ def test_the_cutting_plane() -> None:
     np.testing.assert_allclose(down, [math.cos(0.6) * math.cos(0.4), math.sin(0.6) * math.cos(0.4), -math.sin(0.4)], atol=1e-12)
     np.testing.assert_allclose(tool_point(tipped, frame, math.pi / 2).axes[0], np.cross(normal, down), atol=1e-12)
     other = tool_point(with_tip(-40), frame, 0.3)
+    assert other.side == -1
     np.testing.assert_allclose(other.axes, own.axes * np.array([[1.0], [-1.0]]), atol=1e-12)
-    level = tool_point(load("azulay"), zyz_frame((0.0, 0.0, 0.125), 0.5, 0.0, 0.2), 0.0, azimuth=0.5)
-    np.testing.assert_allclose(level.axes[0], [math.cos(0.5), math.sin(0.5), 0], atol=1e-12)
-    assert level.place == "platform"
+
+
+def test_a_tool_without_a_tip_points_to_the_workpiece() -> None:
+    """The sphere of maps and plans lies below a level platform.  Seen from above, from the shank, teeth turn clockwise: with
+    the feed along x they come from y, so that the axes are those of {O}, and what is milled down lies at -y, to the right."""
+    level = zyz_frame((0.0, 0.0, 0.125), 0.5, 0.0, 0.2)
+    for bare in (load("azulay"), with_tip(0)):
+        point = tool_point(bare, level, -0.5, azimuth=0.5)
+        assert point.side == -1
+        np.testing.assert_allclose(point.axes, [[1, 0, 0], [0, 1, 0]], atol=1e-12)
+    turned_on = tool_point(load("azulay"), level, azimuth=0.5).axes
+    np.testing.assert_allclose(turned_on, [[math.cos(0.5), math.sin(0.5), 0], [-math.sin(0.5), math.cos(0.5), 0]], atol=1e-12)
+    unsaid = dataclasses.replace(load("azulay"), workpiece=None)
+    with pytest.raises(InputError, match="azulay: nothing tells on which side of the platform the tool is; give"):
+        trivet.lobes(unsaid, cut=Cut.of(**GOOD))  # type: ignore[arg-type]
+    tipped = dataclasses.replace(with_tip(40), workpiece=None)
+    assert tool_point(tipped, level).side == 1
+
+
+def test_the_sign_of_what_couples_feed_and_normal() -> None:
+    """A level platform aside, the feed along x of {O}: G_xy is the receptance x under a force along y that `frf` has in {O}.
+    With the tool on the other side it would have the other sign, and the depths would be others."""
+    cut = Cut.of(0.016, 4, 0.004, "up", **FORCES)
+    aside = (0.012, 0.009, 0.125)
+    one = trivet.lobes("azulay", aside, 0.0, 0.0, 0.3, cut=cut, highest=1000.0, points=60)
+    response = trivet.frf("azulay", aside, 0.0, 0.0, 0.3, low=100.0, high=1000.0, points=10)
+    expected = response.receptance[-1, :2, :2]
+    assert abs(expected[0, 1]) > 0.01 * abs(expected[0, 0])
+    np.testing.assert_allclose(one.receptance[-1], expected, rtol=1e-6)
+    found = branches(cut, one.frequency, one.receptance * np.array([[1, -1], [-1, 1]]))
+    mirrored = limits(cut, found, one.speeds).depth
+    assert not np.allclose(mirrored, one.depth, rtol=0.05)
 
 
 def test_the_receptance_is_that_of_the_tool() -> None:
@@ -324,7 +353,7 @@ def test_frequencies_are_fine_enough() -> None:
     answer = spectral.prepared(one.at.machine, one.at.frame, one.at.signs, one.highest, one.loss_factor)(frequency)
     finer = branches(one.cut, frequency, one.point.oriented(np.asarray(answer)))
     np.testing.assert_allclose(one.depth, limits(one.cut, finer, one.speeds).depth, rtol=1e-3)
-    assert one.lowest_depth == pytest.approx(lowest(finer)[0], rel=1e-5)
+    assert one.lowest_depth == pytest.approx(lowest(finer)[0], rel=3e-5)
 
 
 def test_branches_are_continuous() -> None:

@@ -58,7 +58,8 @@ def test_lobes_as_tables(trivet: Any) -> None:
     one = tilted()
     assert code == 0
     assert "4 teeth, 16 mm, down milling from 120° to 180°, K_t 767.01 N/mm², K_r 0.2201" in out
-    assert "at the platform centre (no platform.tool_tip is given), feed 11.4592° from the direction of growing tilt" in out
+    place = "at the platform centre (no platform.tool_tip is given), tool against z_E"
+    assert f"{place}, feed 11.4592° from the direction of growing tilt" in out
     assert f"stable at every spindle speed: up to {one.lowest_depth * 1e3:.4f} mm; deeper cuts chatter at" in out
     best = one.pockets[0]
     assert rows(out, "between lobes, the deepest first")[0] == [
@@ -89,7 +90,7 @@ def test_lobes_as_json(trivet: Any) -> None:
     np.testing.assert_allclose(found["chatter_frequency_Hz"], one.limits.frequency, rtol=1e-9)
     assert found["whole_waves"] == one.limits.waves.tolist()
     assert found["lowest_depth_m"] == pytest.approx(one.lowest_depth)
-    assert (found["place"], found["reached"], found["tilt_rad"]) == ("platform", True, 0.3)
+    assert (found["place"], found["tool_side"], found["reached"], found["tilt_rad"]) == ("platform", -1, True, 0.3)
     assert found["cut"] == {
         "diameter_m": 0.016, "teeth": 4, "entry_rad": pytest.approx(2 * math.pi / 3), "exit_rad": pytest.approx(math.pi),
         "tangential_Pa": pytest.approx(767.01e6), "radial_ratio": pytest.approx(168.8 / 767.01),
@@ -167,7 +168,7 @@ def test_lobes_as_netcdf(trivet: Any, tmp_path: Path) -> None:
         np.testing.assert_allclose(data.plane, one.point.axes)
         assert float(data.tilt) == 0.3
         assert data.attrs["teeth"] == 4
-        assert data.attrs["place"] == "platform"
+        assert (data.attrs["place"], data.attrs["tool_side"]) == ("platform", -1)
         assert data.attrs["tangential_Pa"] == pytest.approx(767.01e6)
         assert "format = 1" in data.attrs["machine_file"]
     t.save(tour(), tmp_path / "a.nc")

@@ -69,6 +69,7 @@ def _attributes(one: Lobes) -> dict[str, Any]:
     return {
         "working_mode": one.at.mode,
         "place": one.point.place,
+        "tool_side": one.point.side,
         "feed_rad": one.feed,
         "cutter_diameter_m": cut.diameter,
         "teeth": cut.teeth,

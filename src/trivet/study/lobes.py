@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, Required, TypedDict, Unpack
 
 import numpy as np
 
@@ -168,6 +168,20 @@ class LobesAlong:
         return any(one.is_limited for one in self.poses)
 
 
+class Settings(TypedDict, total=False):
+    """What `lobes` takes besides the machine and the pose, where its defaults are."""
+
+    cut: Required[Cut]
+    feed: float
+    slowest: float
+    fastest: float
+    points: int
+    highest: float
+    loss_factor: float
+    mode: str | None
+    anyway: bool
+
+
 def deepest_first(depth: np.ndarray) -> np.ndarray:
     """Places at which a depth (n,) is greater than at both sides, the deepest first; ends of the range are none."""
     inside = depth[1:-1]
@@ -205,7 +219,8 @@ def lobes(
         loss_factor: eta of all that has none of its own, twice the damping ratio.
 
     Raises:
-        InputError: for ranges that do not rise from above zero, or nothing that is damped.
+        InputError: for ranges that do not rise from above zero, nothing that is damped, or a machine that does not say to which
+            side its tool points.
         NoResultError: the pose is not reached, or the machine moves there without resistance.
     """
     _check(slowest, fastest, points, highest, loss_factor, feed)
@@ -213,10 +228,10 @@ def lobes(
     damping = least_damping(at.machine, loss_factor)
     if not damping > 0:
         raise InputError(f"loss factor: {loss_factor:g}, and no part has its own; what is not damped chatters at any depth")
+    point = tool_point(at.machine, at.frame, feed, at.angles[0])
     natural = _modes(at, highest)
     around = (natural.mesh_frequency[:, None] * (1 + damping / 2 * AROUND)).ravel()
     frequency = np.unique(np.r_[np.linspace(LOWEST, highest, REGULAR), around[(around > LOWEST) & (around < highest)]])
-    point = tool_point(at.machine, at.frame, feed, at.angles[0])
     answer = spectral.prepared(at.machine, at.frame, at.signs, highest, loss_factor)(frequency)
     oriented = point.oriented(np.asarray(answer))
     found = branches(cut, frequency, oriented)
@@ -232,23 +247,15 @@ def lobes_along(
     path: PathFile | str | os.PathLike[str],
     *,
     progress: Callable[[str, int, int], None] = lambda name, done, total: None,
-    cut: Cut,
-    feed: float = 0.0,
-    slowest: float = 2000 * RPM,
-    fastest: float = 20000 * RPM,
-    points: int = 400,
-    highest: float = 3000.0,
-    loss_factor: float = 0.02,
-    mode: str | None = None,
-    anyway: bool = False,
+    **settings: Unpack[Settings],
 ) -> LobesAlong:
     """Stability lobes of a machine at every pose of a path; how fast it is run through does not matter here.
 
     Args:
+        machine: machine, name or file.
         path: the poses, or their file.
         progress: called with what is being done, and how many of how many poses are.
-        machine, cut, feed, slowest, fastest, points, highest, loss_factor, mode, anyway: as for `lobes`; the feed has the same
-            angle at all poses.
+        settings: as for `lobes`; the feed has the same angle at all poses.
 
     Raises:
         InputError: as `lobes`.
@@ -259,13 +266,9 @@ def lobes_along(
     found = []
     for k, at in enumerate(poses):
         try:
-            one = lobes(
-                chosen, at.position, at.azimuth, at.tilt, at.roll, cut=cut, feed=feed, slowest=slowest, fastest=fastest,
-                points=points, highest=highest, loss_factor=loss_factor, mode=mode, anyway=anyway,
-            )  # fmt: skip
+            found.append(lobes(chosen, at.position, at.azimuth, at.tilt, at.roll, **settings))
         except NoResultError as error:
             raise NoResultError(f"pose {k + 1} of {len(poses)}: {error}") from error
-        found.append(one)
         progress("lobes", k + 1, len(poses))
     return LobesAlong(tuple(found))
 

@@ -46,9 +46,10 @@ def tables(result: Lobes | LobesAlong, checked: list[Checked] | None = None) -> 
 def _setting(one: Lobes) -> str:
     """The cut, where it is, and what is computed."""
     place = "the tool tip" if one.point.place == "tool" else "the platform centre (no platform.tool_tip is given)"
+    way = "along" if one.point.side > 0 else "against"
     return (
         f"cut: {cut_words(one.cut)}\n"
-        f"at {place}, feed {math.degrees(one.feed):g}° from the direction of growing tilt\n"
+        f"at {place}, tool {way} z_E, feed {math.degrees(one.feed):g}° from the direction of growing tilt\n"
         f"exact receptance, loss factor {one.loss_factor:g}, chatter from {LOWEST:g} to {one.highest:g} Hz"
     )
 
@@ -162,6 +163,7 @@ def as_json(result: Lobes | LobesAlong, checked: list[Checked] | None = None) ->
         },
         "feed_rad": first.feed,
         "place": first.point.place,
+        "tool_side": first.point.side,
         "loss_factor": first.loss_factor,
         "highest_frequency_Hz": first.highest,
         "spindle_speed_rad_per_s": finite(result.speeds),
