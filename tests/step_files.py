@@ -27,6 +27,10 @@ bar = make.addBox(0, -5, -10, {length}, 10, 20)
 eyes = [(3, make.addCylinder(x, -5, 0, 0, 10, 0, 6)) for x in (15, {length} - 15)]
 make.cut([(3, bar)], eyes)
 """
+HOLES = """
+bar = make.addBox(0, -5, -10, {length}, 10, 20)
+make.cut([(3, bar)], [(3, make.addCylinder(10 + 5 * k, -5, 0, 0, 10, 0, 0.3)) for k in range(12)])
+"""
 AHEAD = "make.addBox(-20, -5, -10, {length}, 10, 20)"
 ROUND = "make.addSphere({length} / 2, 0, 0, {length} / 2)"
 TWO = "make.addBox(0, -5, -10, {length} / 2, 10, 20), make.addBox({length} / 2 + 1, -5, -10, {length} / 2 - 1, 10, 20)"

@@ -19,7 +19,7 @@ from documents import message_of
 from machines import changed
 from solid_model import Mesh as Bricks
 from solid_model import Model, Tripod, frequencies, frequency_deck, run
-from step_files import AHEAD, BAR, EYES, FACE, ROUND, TUBE, TWO, step_file
+from step_files import AHEAD, BAR, EYES, FACE, HOLES, ROUND, TUBE, TWO, step_file
 
 import trivet as t
 from trivet.errors import NoResultError
@@ -33,6 +33,7 @@ from trivet.solids.bricks import bricks
 from trivet.solids.elasticity import elastic
 from trivet.solids.ends import Ends, coupling
 from trivet.solids.grid import Grid
+from trivet.solids.pairing import Shapes, divided_alike, pairs, shapes
 from trivet.solids.parts import put_in, solids, wanted
 from trivet.solids.reduction import Reduced, reduced
 from trivet.statics.assembly import PLATFORM, assemble
@@ -224,6 +225,39 @@ def test_reduction_keeps_frequencies() -> None:
     np.testing.assert_allclose(more.modes[: len(body.modes)], body.modes, rtol=1e-8)
 
 
+def test_the_axis_moves_as_that_of_a_beam() -> None:
+    """With the ends as one body, and in the arc to which opposite turns of the ends bend it."""
+    body = solid(BAR_OF_TESTS)
+    ends = np.vstack([np.eye(6), carry(np.array([LENGTH, 0, 0]))])
+    places = np.concatenate([carry(np.array([place * LENGTH, 0, 0])) for place in (0.25, 0.5, 0.75)])
+    np.testing.assert_allclose(body.axis[:, :12] @ ends, places, atol=1e-9)
+    for axis, way, sign in ((5, 1, 1), (4, 2, -1)):
+        turned = body.axis[:, axis] - body.axis[:, 6 + axis]
+        arc = sign * LENGTH * np.array([3 / 16, 1 / 4, 3 / 16])
+        np.testing.assert_allclose(turned[way::6], arc, rtol=2e-2)
+        np.testing.assert_allclose(turned[axis::6], [0.5, 0, -0.5], atol=1e-2)
+
+
+def test_modes_are_paired_by_their_shapes() -> None:
+    """Whatever their order; a pair that coincides is known in any mixture of its modes."""
+    machine = machine_of_beams()
+    at = t.pose(machine)
+    structure = assemble(machine, at.frame, at.signs)
+    first = shapes("azulay", structure, mesh(structure, divided_alike(structure, 2e4, 0.4)), 8)
+    assert first.frequency[1] == pytest.approx(first.frequency[0], rel=1e-8)
+    mixed = first.motion.copy()
+    mixed[:, :2] = first.motion[:, :2] @ np.array([[0.8, -0.6], [0.6, 0.8]]) * [1, -3]
+    frequency = np.array([50.0, 60.0, 60.0, 70.0, 80.0, 90.0, 100.0, 110.0])
+    order = [2, 0, 1, 7, 3, 6, 4, 5]
+    found = pairs(structure, first, Shapes(frequency, mixed[:, order]))
+    assert found.second.tolist() == [1, 2, 0, 4, 6, 7, 3, 5], "4 and 5 coincide, and 6 and 7"
+    np.testing.assert_allclose(found.mac, 1, atol=1e-9)
+    fewer = pairs(structure, first, Shapes(frequency[3:], mixed[:, order[3:]]))
+    assert fewer.first.tolist() == [3, 4, 5, 6, 7]
+    apart = pairs(structure, first, Shapes(np.arange(1.0, 9.0), mixed[:, order]))
+    assert apart.second.tolist() == found.second.tolist()
+
+
 def test_a_body_is_the_same_whichever_way_it_points() -> None:
     body = solid(BAR_OF_TESTS)
     turn = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
@@ -248,6 +282,7 @@ def test_slender_solids_make_the_machine_of_beams() -> None:
     assert len(check.beams.natural) > 8
     np.testing.assert_allclose(check.solids.natural, check.beams.natural, rtol=1.5e-3)
     assert np.max(np.abs(check.mesh_error)) < 1e-3
+    assert np.all((check.mac > 0.9995) & (check.mac <= 1))
     for solids_, beams in zip(check.solids.minima, check.beams.minima, strict=True):
         assert solids_.stiffness == pytest.approx(beams.stiffness, rel=5e-3)
 
@@ -399,6 +434,36 @@ def test_gmsh_that_breaks_down_or_never_ends(tmp_path: Path, monkeypatch: pytest
     monkeypatch.undo()
     monkeypatch.setattr(step, "LONGEST", 0.05)
     assert "no mesh within 0.05 s" in message_of(lambda: step.from_step("l", file, 0.2, 1.0))
+
+
+@gmsh
+def test_meshes_that_gmsh_must_not_make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Too many nodes by the volume; by the surface, of which small holes need many; more memory than there may be."""
+    file = step_file(tmp_path, TUBE, 216)
+    remedy = r"at most 15,000, give a coarser mesh \(--fineness\) or a simpler part$"
+    found = message_of(lambda: step.from_step("l", file, 0.216, 4.0))
+    assert re.match(rf"{file}: takes 42\d,\d\d\d nodes or more, with elements of 0.927 mm; {remedy}", found), found
+    holes = step_file(tmp_path, HOLES, 216, "holes.step")
+    found = message_of(lambda: step.from_step("l", holes, 0.216, 1.0))
+    assert re.match(rf"{holes}: takes [3-9]\d,\d\d\d nodes or more, with elements of 9.\d* mm; {remedy}", found), found
+    monkeypatch.setattr(step, "MOST_MEMORY", 100_000_000)
+    found = message_of(lambda: step.from_step("l", file, 0.216, 1.0))
+    assert found == (f"{file}: meshing takes more than 0.1 GB of memory; give a coarser mesh (--fineness) or a simpler part")
+
+
+def test_memory_that_runs_out_under_way(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whichever library says so, and however it ends."""
+    file = folder_of(None, tmp_path, "ISO-10303-21;")
+    for code, out, err in (
+        (2, "cannot be meshed: Out of memory in boundary mesh recovery", ""),
+        (-6, "", "[0]PETSC ERROR: Out of memory. This could be due to allocating"),
+        (-6, "", "terminate called after throwing an instance of 'std::bad_alloc'"),
+        (1, "", "numpy._core._exceptions._ArrayMemoryError: Unable to allocate"),
+    ):
+        done = subprocess.CompletedProcess([], code, out, err)
+        monkeypatch.setattr(step.subprocess, "run", lambda *_, own=done, **__: own)
+        found = message_of(lambda: step.from_step("l", file, 0.2, 1.0))
+        assert found.startswith(f"{file}: meshing takes more than 4 GB of memory;"), found
 
 
 def test_a_missing_extra(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -32,7 +32,8 @@ def test_tables(trivet: Run) -> None:
     np.testing.assert_allclose(100 * (solids / beams - 1), difference, atol=3e-3)
     assert np.all((difference < 0) & (difference > -1)), "solids shear, these beams do not"
     assert re.search(r"^z +0.11095 N/µm +512.0\d", out, re.MULTILINE)
-    assert "Modes are paired in order." in out
+    assert "Modes are paired by their MAC" in out
+    assert all(0.99 < float(row[-1]) <= 1 for row in rows)
 
 
 def test_json_data_and_pictures(trivet: Run, tmp_path: Path) -> None:
@@ -45,6 +46,7 @@ def test_json_data_and_pictures(trivet: Run, tmp_path: Path) -> None:
     assert solid["cut_off_Hz"] == 5600.0
     assert solid["mass_kg"] == pytest.approx(solid["beam_mass_kg"], rel=2e-3)
     natural = found["natural_frequencies"]
+    assert len(natural["MAC"]) == len(natural["beams_Hz"])
     assert np.array(natural["solids_Hz"]) / natural["beams_Hz"] - 1 == pytest.approx(natural["difference"], rel=1e-6)
     assert [m["direction"] for m in found["minimum_dynamic_stiffness"]["solids"]] == ["x", "y", "z", "rx", "ry", "rz"]
     with xr.open_dataset(tmp_path / "s.nc", engine="h5netcdf") as data:

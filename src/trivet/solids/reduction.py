@@ -18,11 +18,14 @@ from trivet.model.section import Material
 from trivet.solids.elasticity import Elastic, elastic
 from trivet.solids.ends import Ends, coupling
 from trivet.solids.grid import Grid
+from trivet.statics.structure import carry
 
 BEYOND = 8.0
 """Cut-off of fixed-interface modes, against the highest frequency that is asked for."""
 LEAST_MODES, MOST_MODES = 24, 400
 """Fixed-interface modes of every solid but for the last of them and its like, also beyond the cut-off; and at most."""
+PLACES = (0.25, 0.5, 0.75)
+"""Where the motion of the axis is known, against the length."""
 PAIR = 1e-3
 """Relative difference of frequencies within which modes may be a pair."""
 
@@ -46,6 +49,8 @@ class Reduced(NamedTuple):
     """(3,) m, from the near point."""
     inertia: np.ndarray
     """(3, 3) about the centre, kg m^2."""
+    axis: np.ndarray
+    """(18, 12 + i): twists at `PLACES` on the axis, mean ones of the nodes within one element of there."""
 
 
 def reduced(grid: Grid, material: Material, highest: float, ends: Ends = "plane") -> Reduced:
@@ -71,7 +76,7 @@ def reduced(grid: Grid, material: Material, highest: float, ends: Ends = "plane"
     inner = np.arange(12, len(small))
     rates[inner, inner] = (2 * math.pi * frequencies) ** 2
     small = (small + small.T) / 2
-    return Reduced(rates, small, grid, ends, cut_off, frequencies, *_weight(whole, grid))
+    return Reduced(rates, small, grid, ends, cut_off, frequencies, *_weight(whole, grid), _axis(grid, basis))
 
 
 def _held(
@@ -129,3 +134,14 @@ def _weight(whole: Elastic, grid: Grid) -> tuple[float, np.ndarray, np.ndarray]:
     centre = first / mass if mass else first
     inertia = six[3:, 3:] - mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
     return mass, centre, inertia
+
+
+def _axis(grid: Grid, basis: np.ndarray) -> np.ndarray:
+    """(18, 12 + i), as `Reduced` has it, from the displacements (3 n, 12 + i) of all nodes."""
+    found = []
+    for place in PLACES:
+        arms = grid.points.T - np.array([place * grid.length, 0, 0])
+        near = np.abs(arms[:, 0]) < grid.size
+        rigid = carry(arms[near])[:, :3].reshape(-1, 6)
+        found.append(np.linalg.lstsq(rigid, basis[np.repeat(near, 3)])[0])
+    return np.concatenate(found)

@@ -21,6 +21,10 @@ LARGEST_FILE = 50_000_000
 """Bytes."""
 LONGEST = 300
 """Seconds that gmsh gets for a mesh."""
+MOST_MEMORY = 4_000_000_000
+"""Bytes that gmsh gets, as address space."""
+EXHAUSTED = ("out of memory", "bad_alloc", "memoryerror")
+"""What it and its libraries say when that is not enough, among other things."""
 FITS = 1e-3
 """Difference of a part's length from that of its beam, against the latter, up to which it is that beam."""
 
@@ -41,11 +45,20 @@ def from_step(name: str, file: str, length: float, fineness: float) -> Grid:
     _check(file)
     with tempfile.TemporaryDirectory() as folder:
         result = os.path.join(folder, "mesh.npz")
-        command = [sys.executable, "-m", "trivet.solids.tetrahedra", os.path.abspath(file), repr(fineness), result]
+        program = [sys.executable, "-m", "trivet.solids.tetrahedra"]
+        command = [*program, os.path.abspath(file), repr(fineness), result, str(MOST_MEMORY)]
+        alone = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # each thread would reserve memory
         try:
-            done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=LONGEST, check=False)
+            done = subprocess.run(
+                command, capture_output=True, text=True, errors="replace", timeout=LONGEST, check=False, env=alone
+            )
         except subprocess.TimeoutExpired:
             raise InputError(f"{file}: no mesh within {LONGEST} s; make the part simpler") from None
+        if done.returncode and any(word in (done.stdout + done.stderr).lower() for word in EXHAUSTED):
+            raise InputError(
+                f"{file}: meshing takes more than {MOST_MEMORY / 1e9:g} GB of memory; give a coarser mesh (--fineness) or a "
+                "simpler part"
+            )
         if done.returncode == 2 and done.stdout.strip():
             raise InputError(f"{file}: {done.stdout.strip().splitlines()[-1]}")
         if done.returncode:

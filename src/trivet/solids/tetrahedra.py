@@ -1,17 +1,22 @@
 """A STEP file as quadratic tetrahedra, by gmsh (Geuzaine and Remacle, Int. J. Numer. Methods Eng. 79:1309, 2009).
 
-Run as a program of its own, `python -m trivet.solids.tetrahedra FILE FINENESS RESULT.npz`: gmsh is not thread-safe and takes
-over signals, and a hostile file may crash it or keep it busy for ever.  What it cannot do it says on one line of standard
-output, with exit code 2.
+Run as a program of its own, `python -m trivet.solids.tetrahedra FILE FINENESS RESULT.npz BYTES`: gmsh is not thread-safe and
+takes over signals, and a hostile file may crash it or keep it busy for ever.  It gets so many bytes of address space, and no
+mesh is made that would have too many nodes.  What it cannot do it says on one line of standard output, with exit code 2.
 """
 
 from __future__ import annotations
 
+import resource
 import sys
 from typing import Any
 
 import numpy as np
 
+from trivet.solids.grid import MOST_NODES
+
+PER_CUBE = 12.0
+"""Nodes in the cube of an edge: 1.4 for every tetrahedron, of which 8.5 fill it; meshes of parts have 2 to 4 times as many."""
 ACROSS = 1.5
 """Edge of a tetrahedron, against twice the volume by the surface (the wall, in what is thin), at fineness 1."""
 ROUND = 12
@@ -65,7 +70,7 @@ def meshed(file: str, fineness: float) -> dict[str, np.ndarray]:
             found = f"{len(volumes)} solids" if volumes else "no solid"
             raise CannotError(f"has {found}; expected one, without gaps in its surface")
         _check_ends(gmsh)
-        size = _size(gmsh, volumes[0][1]) / fineness
+        size = _size(gmsh, volumes[0][1], fineness)
         _make(gmsh, size, fineness)
         return _result(gmsh) | {"size": np.array(size)}
     finally:
@@ -89,12 +94,24 @@ def _check_ends(gmsh: Any) -> None:
         raise CannotError(f"begins at x = {1e3 * low:.6g} mm; the part's axis runs along x, from 0 to its length")
 
 
-def _size(gmsh: Any, volume: int) -> float:
+def _size(gmsh: Any, volume: int, fineness: float) -> float:
+    """Edge of the elements, m."""
     surface = sum(gmsh.model.occ.getMass(2, tag) for _, tag in gmsh.model.getEntities(2))
     inside = gmsh.model.occ.getMass(3, volume)
     if not (inside > 0 and surface > 0):
         raise CannotError("has a solid without volume; is its surface closed?")
-    return float(ACROSS * 2 * inside / surface)
+    size = float(ACROSS * 2 * inside / surface / fineness)
+    _check_nodes(PER_CUBE * inside / size**3, size)
+    return size
+
+
+def _check_nodes(least: float, size: float) -> None:
+    """Refuse a mesh that has more nodes than a part may have, before it is made."""
+    if least > MOST_NODES:
+        raise CannotError(
+            f"takes {least:,.0f} nodes or more, with elements of {1e3 * size:.3g} mm; at most {MOST_NODES:,}, give a coarser "
+            "mesh (--fineness) or a simpler part"
+        )
 
 
 def _make(gmsh: Any, size: float, fineness: float) -> None:
@@ -107,7 +124,11 @@ def _make(gmsh: Any, size: float, fineness: float) -> None:
     ):
         gmsh.option.setNumber(f"Mesh.{name}", value)
     try:
+        gmsh.model.mesh.generate(2)
+        _check_nodes(len(gmsh.model.mesh.getNodes()[0]), size)  # those of the surface, small ones around small circles
         gmsh.model.mesh.generate(3)
+    except CannotError:
+        raise
     except Exception as error:
         raise CannotError(f"cannot be meshed: {error}") from None
 
@@ -127,7 +148,10 @@ def _result(gmsh: Any) -> dict[str, np.ndarray]:
 
 def main() -> int:
     """Write the mesh, or say why there is none."""
-    file, fineness, result = sys.argv[1:]
+    file, fineness, result, memory = sys.argv[1:]
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+    soft = int(memory) if hard == resource.RLIM_INFINITY else min(int(memory), hard)
+    resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
     try:
         np.savez(result, allow_pickle=False, **meshed(file, float(fineness)))
     except CannotError as error:

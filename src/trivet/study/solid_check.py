@@ -11,7 +11,8 @@ import numpy as np
 
 from trivet.errors import InputError, nearest
 from trivet.solids.ends import ENDS, Ends
-from trivet.solids.parts import Solid, put_in, solids, wanted
+from trivet.solids.pairing import BEYOND, Shapes, divided_alike, pairs, shapes
+from trivet.solids.parts import Solid, Wanted, put_in, solids, wanted
 from trivet.statics.assembly import PLATFORM, Structure, assemble
 from trivet.statics.objective import AXES
 from trivet.study.frf import (
@@ -26,11 +27,10 @@ from trivet.study.machines import MachineLike
 from trivet.study.pose import PoseReport, pose
 from trivet.vibration import spectral
 from trivet.vibration.damping import least_damping
-from trivet.vibration.exact import pieces
-from trivet.vibration.mesh import mesh
+from trivet.vibration.mesh import Mesh, mesh
 from trivet.vibration.resonance import greatest
 from trivet.vibration.response import FINE
-from trivet.vibration.ritz import Ritz, ritz
+from trivet.vibration.ritz import ritz
 
 COARSER = 1.5
 """Elements of the mesh that tells how far the mesh matters, against those of the mesh itself."""
@@ -41,7 +41,7 @@ class Side(NamedTuple):
     """What a machine does at the platform centre."""
 
     natural: np.ndarray
-    """(m,) natural frequencies, those in the range by beams, Hz."""
+    """(m,) natural frequencies, of modes that are in the range by beams, Hz."""
     receptance: np.ndarray
     """(n, 6, 6) in {O}: m/N, rad/N, rad/(N m)."""
     minima: tuple[Minimum, ...]
@@ -61,6 +61,9 @@ class SolidCheck:
     """(n,) Hz."""
     beams: Side
     solids: Side
+    """Its natural frequencies are those of the modes most like those of the beams."""
+    mac: np.ndarray
+    """(m,) modal assurance criterion of both, see `solids.pairing`."""
     coarser: np.ndarray
     """(m,) natural frequencies with solids of larger elements, by `COARSER`, Hz."""
     coarser_elements: tuple[int, ...]
@@ -122,13 +125,13 @@ def solid_check(
     structure = assemble(at.machine, at.frame, at.signs)
     chosen = wanted(at.machine, structure, parts, whole)
     of_beams = natural_frequencies(at, 0.0, high)
-    fine, coarse = (solids(at.machine, structure, chosen, high, f, ends) for f in (fineness, fineness / COARSER))
-    small, rough = (_reduced(at, structure, made, high) for made in (fine, coarse))
-    inside = np.flatnonzero(of_beams >= low)
-    inside = inside[inside < min(len(small.natural), len(rough.natural))]
+    fine, coarse = (_made(at, structure, chosen, high, f, ends, len(of_beams)) for f in (fineness, fineness / COARSER))
+    known = _paired(at, structure, of_beams, fine.shapes, coarse.shapes, high)
+    inside = of_beams[known.first] >= low
+    natural = of_beams[known.first[inside]], fine.shapes.frequency[known.second[inside]], known.rough[inside]
+    small = ritz(at.machine.name, fine.mesh, fine.mesh.rows(PLATFORM), high)
     least = least_damping(at.machine, loss_factor)
-    resonances = np.r_[of_beams[inside], small.natural[inside]][:, None]
-    around = (resonances * (1 + max(least, 1e-6) / 2 * AROUND)).ravel()
+    around = (np.r_[natural[:2]].ravel()[:, None] * (1 + max(least, 1e-6) / 2 * AROUND)).ravel()
     frequency = np.unique(np.r_[np.linspace(low, high, points), around[(around > low) & (around < high)]])
 
     def answer(f: np.ndarray) -> np.ndarray:
@@ -140,22 +143,61 @@ def solid_check(
     least_of_beams = tuple(minimum_dynamic_stiffness(at, low, high, loss_factor)) if least > 0 else ()
     return SolidCheck(
         at,
-        fine,
+        fine.solids,
         ends,
         fineness,
         loss_factor,
         frequency,
-        Side(of_beams[inside], np.asarray(exact), least_of_beams),
-        Side(small.natural[inside], small.receptance(frequency, loss_factor), minima),
-        rough.natural[inside],
-        tuple(solid.reduced.grid.elements for solid in coarse),
+        Side(natural[0], np.asarray(exact), least_of_beams),
+        Side(natural[1], small.receptance(frequency, loss_factor), minima),
+        known.mac[inside],
+        natural[2],
+        tuple(solid.reduced.grid.elements for solid in coarse.solids),
     )
 
 
-def _reduced(at: PoseReport, structure: Structure, made: Sequence[Solid], high: float) -> Ritz:
+class _Made(NamedTuple):
+    """A machine with solids."""
+
+    solids: tuple[Solid, ...]
+    mesh: Mesh
+    shapes: Shapes
+
+
+class _Known(NamedTuple):
+    """Modes (p,) that beams, solids and solids of larger elements have in common."""
+
+    first: np.ndarray
+    """Numbers of those of beams."""
+    second: np.ndarray
+    """Numbers of those of solids."""
+    mac: np.ndarray
+    """Of both."""
+    rough: np.ndarray
+    """Frequencies with larger elements, Hz."""
+
+
+def _made(
+    at: PoseReport, structure: Structure, chosen: Sequence[Wanted], high: float, fineness: float, ends: Ends, count: int
+) -> _Made:
+    """The machine with solids of a fineness, and some more modes than beams have."""
+    made = solids(at.machine, structure, chosen, high, fineness, ends)
     rest, bodies = put_in(at.machine, structure, made)
-    chosen = mesh(rest, pieces(rest, 2 * math.pi * high, FINE), bodies)
-    return ritz(at.machine.name, chosen, chosen.rows(PLATFORM), high)
+    own = mesh(rest, divided_alike(rest, 2 * math.pi * high, FINE), bodies)
+    return _Made(made, own, shapes(at.machine.name, structure, own, count + BEYOND, made))
+
+
+def _paired(at: PoseReport, structure: Structure, of_beams: np.ndarray, fine: Shapes, rough: Shapes, high: float) -> _Known:
+    """Modes by their MAC: those of beams with those of solids, and these with those of larger elements."""
+    if not len(of_beams):
+        return _Known(*(np.zeros(0, dtype=int),) * 2, *(np.zeros(0),) * 2)
+    whole = mesh(structure, divided_alike(structure, 2 * math.pi * high, FINE))
+    found = pairs(structure, shapes(at.machine.name, structure, whole, len(of_beams)), fine)
+    again = pairs(structure, fine, rough)
+    there = np.isin(found.second, again.first)
+    frequencies = dict(zip(again.first.tolist(), rough.frequency[again.second], strict=True))
+    coarser = np.array([frequencies[k] for k in found.second[there].tolist()])
+    return _Known(found.first[there], found.second[there], found.mac[there], coarser)
 
 
 def _check(low: float, high: float, points: int, loss_factor: float, fineness: float, ends: str) -> None:
