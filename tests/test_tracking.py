@@ -16,9 +16,10 @@ from trivet.errors import InputError
 from trivet.model import load
 from trivet.study.mode_paths import ModePaths, modes_along
 from trivet.study.pathfile import PathFile, PathPose
+from trivet.vibration.assurance import assurance, coinciding, overlap
 from trivet.vibration.encounters import Encounter
 from trivet.vibration.kinetic import Layout
-from trivet.vibration.tracking import Branches, Sample, assurance, coinciding, overlap, track
+from trivet.vibration.tracking import Branches, Sample, track
 
 Matrix = Callable[[float], np.ndarray]
 HERTZ = 2 * math.pi

@@ -1,7 +1,5 @@
-"""Modes followed while a parameter changes, by the modal assurance criterion.
+"""Modes followed while a parameter changes, by the modal assurance criterion (`vibration.assurance`).
 
-The MAC of two modes is the square of the cosine between them (R. J. Allemang and D. L. Brown, A correlation coefficient for
-modal vector analysis, Proc. 1st IMAC, 1982, 110-116); here between vectors whose inner product is mass (`vibration.kinetic`).
 Which modes make one branch is no matter of judgement: the modes of a structure that depends on one parameter analytically can
 be numbered so that frequencies and shapes do so too, through coincidences as well (F. Rellich, Math. Ann. 113:600, 1937), and
 in one way only but where they coincide all along.  So steps are made short enough to see which numbering that is: where a MAC
@@ -19,6 +17,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from trivet.errors import InputError
+from trivet.vibration.assurance import assurance, coinciding, difference, nearest, overlap, run_numbers
 from trivet.vibration.encounters import Encounter, Pace, encounters
 
 CERTAIN = 0.8
@@ -29,8 +28,6 @@ TOP = 0.9
 """Share of the highest frequency that is looked at, above which a mode may go beyond it within a step."""
 BUFFER = 6
 """Modes that are looked at beyond those asked for, so that those which come down are known; half of them as closely."""
-DOUBLE = 1e-6
-"""Relative difference of frequencies below which modes are as good as any mixture of them."""
 FINEST = 1e-7
 """Shortest step, as a share of that between two of the places asked for."""
 MOST_SOLUTIONS = 160
@@ -108,32 +105,6 @@ def track(
         way.go(float(goal))
         progress(done)
     return way.result([float(place) for place in places])
-
-
-def coinciding(frequency: np.ndarray) -> list[list[int]]:
-    """Numbers of modes in runs whose frequencies (p,), ascending, are alike."""
-    apart = np.flatnonzero(np.diff(frequency) > DOUBLE * frequency[1:]) + 1
-    return [[int(k) for k in run] for run in np.split(np.arange(len(frequency)), apart)]
-
-
-def overlap(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """(p, q): inner products of vectors (N, p) and (N', q), the shorter ones going on with zeros."""
-    rows = min(len(first), len(second))
-    found: np.ndarray = first[:rows].T @ second[:rows]
-    return found
-
-
-def assurance(cosines: np.ndarray, before: list[list[int]], after: list[list[int]]) -> np.ndarray:
-    """(p, q) MAC of modes with inner products (p, q); of runs that coincide, that of the spaces which they span.
-
-    Of two spaces it is the mean square of the cosines of their principal angles, in as many directions as the smaller one has.
-    """
-    found = np.zeros_like(cosines)
-    for one in before:
-        for other in after:
-            block = np.ix_(one, other)
-            found[block] = np.sum(cosines[block] ** 2) / min(len(one), len(other))
-    return found
 
 
 class _Here(NamedTuple):
@@ -264,7 +235,7 @@ class _Way:
         for run in runs:
             known = [j for j in run if j in comes_from]
             if known:
-                turn[np.ix_(run, known + [j for j in run if j not in known])] = _nearest(
+                turn[np.ix_(run, known + [j for j in run if j not in known])] = nearest(
                     cosines[np.ix_([comes_from[j] for j in known], run)]
                 )
         turned = cosines @ turn
@@ -297,7 +268,7 @@ class _Way:
         names = np.unique([here.branch[: self.count] for here in asked])
         every = np.array([here.place for here in self.passed])
         fine = _spread(((here.branch, here.frequency) for here in self.passed), names)
-        runs = _spread(((here.branch, _run_numbers(here.frequency)) for here in self.passed), names)
+        runs = _spread(((here.branch, run_numbers(here.frequency)) for here in self.passed), names)
         mac = _spread(((pace.branch, pace.mac) for pace in self.paces), names)
         number = _spread(((here.branch, np.arange(len(here.branch))) for here in asked), names)
         return Branches(
@@ -318,30 +289,11 @@ def _swap(here: _Here, place: float, frequency: np.ndarray, partner: dict[int, i
     """The first place at which two modes change places if the squares of their frequencies go straight; None for none."""
     shares = []
     for (k, j), (other, there) in combinations(partner.items(), 2):
-        before = _difference(here.frequency[k], here.frequency[other])
-        after = _difference(frequency[j], frequency[there])
+        before = difference(here.frequency[k], here.frequency[other])
+        after = difference(frequency[j], frequency[there])
         if before * after < 0:
             shares.append(before / (before - after))
     return here.place + min(shares) * (place - here.place) if shares else None
-
-
-def _difference(one: float, other: float) -> float:
-    """Of the squares of two frequencies; none where they are alike."""
-    return 0.0 if abs(one - other) <= DOUBLE * max(one, other) else float(one**2 - other**2)
-
-
-def _nearest(cosines: np.ndarray) -> np.ndarray:
-    """(q, q) orthogonal: its first r columns mix q vectors to what is nearest to r others; from inner products (r, q)."""
-    left, _, right = np.linalg.svd(cosines)
-    turn = right.T.copy()
-    turn[:, : len(left)] = turn[:, : len(left)] @ left.T
-    return turn
-
-
-def _run_numbers(frequency: np.ndarray) -> np.ndarray:
-    """(p,): the same number for modes that coincide."""
-    runs = coinciding(frequency)
-    return np.repeat(np.arange(len(runs)), [len(run) for run in runs])
 
 
 def _spread(rows: Iterable[tuple[np.ndarray, np.ndarray]], names: np.ndarray) -> np.ndarray:
