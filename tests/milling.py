@@ -41,7 +41,7 @@ class Teeth(NamedTuple):
     ratio: float
 
 
-def growth(tool: Tool, teeth: Teeth, speeds: Array, depths: Array, periods: int = 300) -> Array:
+def growth(tool: Tool, teeth: Teeth, speeds: Array, depths: Array, periods: int = 300, per_wave: int = PER_WAVE) -> Array:
     """(n,) mean growth of the logarithm of the amplitude per tooth, over the second half of a run.
 
     Args:
@@ -49,9 +49,10 @@ def growth(tool: Tool, teeth: Teeth, speeds: Array, depths: Array, periods: int 
         speeds: (n,) spindle speeds, rad/s.
         depths: (n,) m.
         periods: teeth that pass.
+        per_wave: steps of the shortest wave; the error falls with their square.
     """
     delays = 2 * math.pi / (teeth.count * speeds)
-    steps = max(300, math.ceil(PER_WAVE * float(tool.omega.max() * delays.max()) / (2 * math.pi)))
+    steps = max(300, math.ceil(per_wave * float(tool.omega.max() * delays.max()) / (2 * math.pi)))
     step = (delays / steps)[:, None]
     damped = tool.zeta * tool.omega * step
     stiff, before, after = 2 - (tool.omega * step) ** 2, 1 - damped, 1 / (1 + damped)

@@ -23,10 +23,12 @@ from trivet.model import Machine, load
 from trivet.space.pose import zyz_frame
 from trivet.study.lobes import RPM, Lobes
 
-# Insperger and Stepan, Int. J. Numer. Meth. Engng 61:117 (2004): one mode along the feed, two teeth.
+# Insperger and Stepan, Int. J. Numer. Meth. Engng 61:117 (2004): one mode along the feed, two teeth.  Seen not there but in a
+# program after it: github.com/leekunhwee/Dynamics, Cutting/Stability/TimeDomain/SemiDis/Milling/OneDOFMilling.m.
 MASS, ZETA, NATURAL = 0.03993, 0.011, 2 * math.pi * 922
 # A cutter of 31.75 mm in Al7075, specific forces from Chinese J. Mech. Eng. 34 (2021), doi:10.1186/s10033-021-00536-9, Table 5,
-# reference 47; on a spindle with two modes along x and two along y.
+# reference 47; on a spindle with two modes along x and two along y, stiffnesses as in leekunhwee/Dynamics,
+# Cutting/Stability/FrequencyDomain/Milling/General/ScriptStiffnessFD.m.
 FORCES = {"tangential": 1319.41e6, "radial_ratio": 788.83 / 1319.41}
 
 
@@ -151,11 +153,22 @@ def test_mean_forces_are_those_of_the_teeth() -> None:
 
 
 def test_multipliers_of_the_example_of_insperger_and_stepan() -> None:
-    """At 5000 rpm, a slot, 200 intervals: values with which Ding et al., Int. J. Mach. Tools Manuf. 50:502 (2010), and others
-    after them compare their methods; with 200 intervals they are not exact, see the next test."""
+    """At 5000 rpm, a slot, 200 intervals: values on which methods are compared since Ding et al., Int. J. Mach. Tools Manuf.
+    50:502 (2010), as we remember them, since the paper could not be read.  With 200 intervals they are not exact; the next test
+    has them from the simulation."""
     cut = Cut.of(0.02, 2, 0.02, material="insperger-stepan")
     found = [multiplier(cut, single(), 5000 * RPM, depth * 1e-3, 200) for depth in (0.2, 0.5, 0.7, 1.0)]
     np.testing.assert_allclose(found, [0.8192, 1.0726, 1.2197, 1.4040], rtol=0, atol=3e-4)
+
+
+def test_multipliers_are_how_milling_grows_in_time() -> None:
+    """Of the same example, from tooth to tooth; the error of the simulation falls with the square of its steps."""
+    cut, depths = Cut.of(0.02, 2, 0.02, material="insperger-stepan"), np.array([0.2, 0.5, 0.7, 1.0]) * 1e-3
+    teeth, tool = Teeth(cut.teeth, cut.entry, cut.exit, cut.tangential, cut.radial_ratio), Tool(*dataclasses.astuple(single()))
+    speeds = np.full(4, 5000 * RPM)
+    coarse, fine = (np.exp(growth(tool, teeth, speeds, depths, per_wave=count)) for count in (70, 140))
+    found = [multiplier(cut, single(), 5000 * RPM, depth, 1600) for depth in depths.tolist()]
+    np.testing.assert_allclose(found, (4 * fine - coarse) / 3, atol=1e-4)
 
 
 def test_multipliers_converge_with_the_square_of_the_interval() -> None:
