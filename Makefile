@@ -41,10 +41,10 @@ $(VENV)/.runtime: pyproject.toml constraints.txt | $(BIN)/python
 	$(PIP) install -c constraints.txt -e .
 	@touch $@
 
-# A peer that cannot be had here (no wheel for this machine, say) must not keep the rest from being tested.
+# A peer that cannot be had here (no wheel for this machine, say) must not keep the rest from being tested: then one by one.
 $(VENV)/.dev: $(VENV)/.runtime
-	$(PIP) install -c constraints.txt -e '.[dev]'
-	@for peer in $$($(BIN)/python -c "import tomllib; print(*tomllib.load(open('pyproject.toml', 'rb'))['project']['optional-dependencies']['peers'])"); do \
+	@$(PIP) install -c constraints.txt -e '.[dev,peers]' || { $(PIP) install -c constraints.txt -e '.[dev]' && \
+	for peer in $$($(BIN)/python -c "import tomllib; print(*tomllib.load(open('pyproject.toml', 'rb'))['project']['optional-dependencies']['peers'])"); do \
 	  $(PIP) install -c constraints.txt "$$peer" || echo "peer $$peer cannot be installed here; tests that need it are skipped"; \
-	done
+	done; }
 	@touch $@
