@@ -111,14 +111,15 @@ def test_a_period() -> None:
 
 
 def test_what_is_not_below_its_bound_does_not_matter() -> None:
-    line = np.linspace(-1, 1, 9)
-    grid = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
-    family = Family("square", grid, np.array([0.25, 0.25]), plane)
+    """Each start has its own bound: the second is long above that of the first before it gets below it."""
 
-    def several(c: np.ndarray) -> np.ndarray:
-        return np.cos(9 * c[:, 0]) * np.cos(7 * c[:, 1]) + 0.3 * np.abs(c[:, 0] + 0.9 * c[:, 1] - 0.4)
+    def valleys(c: np.ndarray) -> np.ndarray:
+        return np.minimum(np.square(c[:, 0] + 0.5), 2 * np.abs(c[:, 0] - 0.37123) - 0.001)
 
-    known = lowest(family, several(grid), lambda c, bound: several(c))
-    lazy = lowest(family, several(grid), lambda c, bound: np.where(several(c) < bound, several(c), bound + 5.0))
+    grid = np.linspace(-1, 1, 21)[:, None]
+    family = Family("line", grid, np.array([0.1]), plane)
+    known = lowest(family, valleys(grid), lambda c, bound: valleys(c))
+    lazy = lowest(family, valleys(grid), lambda c, bound: np.where(valleys(c) < bound, valleys(c), bound + 5.0))
+    np.testing.assert_allclose(known.coordinates, 0.37123, atol=1e-6)
     assert lazy.value == known.value
     np.testing.assert_array_equal(lazy.coordinates, known.coordinates)
