@@ -18,10 +18,10 @@ from scipy.optimize import linear_sum_assignment
 from trivet.solids.parts import Solid
 from trivet.solids.reduction import PLACES
 from trivet.statics.assembly import Structure
+from trivet.vibration.assurance import assurance
 from trivet.vibration.exact import pieces
 from trivet.vibration.mesh import Mesh, dofs_of, mesh
 from trivet.vibration.modes import held_modes
-from trivet.vibration.tracking import assurance
 
 ALIKE = 1e-4
 """Relative difference of frequencies below which modes may be any mixture of them: of a symmetric pair, whatever rounding."""
