@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from documents import message_of
-from machines import changed, document_of
+from machines import changed
 from solid_model import frequencies
 from solid_model import run as ccx
 from step_files import TUBE, step_file
@@ -19,7 +19,7 @@ from step_files import TUBE, step_file
 import trivet as t
 from trivet.interop.calculix_elements import elements, without_middles
 from trivet.interop.calculix_equations import NOTHING, dependence, solved
-from trivet.model import catalogue, load
+from trivet.model import catalogue, document_of, load
 from trivet.model.section import Rectangle, Rod, Section, Tube
 from trivet.solids.bricks import bricks
 from trivet.solids.ends import ENDS, Ends, coupling, face, held
