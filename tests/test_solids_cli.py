@@ -54,6 +54,7 @@ def test_json_data_and_pictures(trivet: Run, tmp_path: Path) -> None:
         assert data.frequency.attrs["units"] == "Hz"
         np.testing.assert_allclose(data.natural_frequency.sel(side="solids"), natural["solids_Hz"])
         np.testing.assert_allclose(data.receptance.sel(side="beams", part="real"), found["receptance_SI"]["beams"]["re"])
+        np.testing.assert_allclose(data.mac, natural["MAC"])
         least = data.minimum_dynamic_stiffness.sel(side="solids", component="z")
         assert float(least) == pytest.approx(found["minimum_dynamic_stiffness"]["solids"][2]["stiffness_N_per_m"])
     assert (tmp_path / "s.png").read_bytes().startswith(b"\x89PNG")

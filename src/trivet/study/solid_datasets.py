@@ -45,6 +45,7 @@ def solid_dataset(check: SolidCheck) -> xr.Dataset:
             "natural_frequency": (
                 ("side", "natural"), [side.natural for side in sides], "Hz", "natural frequencies without damping",
             ),
+            "mac": (("natural",), check.mac, "1", "modal assurance criterion of the modes of beams and of solids"),
             "natural_frequency_coarser": (
                 ("natural",), check.coarser, "Hz", f"of solids with elements {COARSER:g} times as large",
             ),
