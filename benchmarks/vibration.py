@@ -23,6 +23,8 @@ from trivet.space.pose import zyz_frame
 from trivet.statics.assembly import Structure, assemble
 from trivet.vibration import spectral
 from trivet.vibration.mesh import mesh
+from trivet.vibration.panels import Blocks, quotients
+from trivet.vibration.spectral_machine import arguments, at_nodes, between, sampled, standing
 
 HEIGHT, ETA, LEAST = 0.130, 0.02, 1e-3
 FREQUENCY = np.linspace(5.0, 3000.0, 2000)
@@ -177,10 +179,10 @@ def compile_times() -> Iterator[Row]:
     for name in ("azulay", "eclipse", "alizade", "glozman"):
         loaded = load(name).with_spherical("free").with_theory("timoshenko")
         times, tracing = {}, 0.0
-        for kernel, (function, arguments) in kernels_of(loaded).items():
+        for kernel, (function, taken) in kernels_of(loaded).items():
             jax.clear_caches()  # type: ignore[no-untyped-call]
             start = time.perf_counter()
-            lowered = function.lower(*arguments)
+            lowered = function.lower(*taken)
             traced = time.perf_counter()
             lowered.compile()
             times[kernel] = time.perf_counter() - traced
@@ -193,21 +195,28 @@ def kernels_of(machine: Machine) -> dict[str, tuple[Any, tuple[Any, ...]]]:
     """The kernels of a response at home and their gradients in every dimension, with what they take."""
     home = zyz_frame(machine.home.position, 0.0, 0.0, 0.0)
     poses = jax.tree.map(lambda c: np.atleast_1d(np.asarray(c, dtype=float)), home)
-    stand, omega = spectral.standing(machine, home, parse_mode(machine)), 2 * np.pi * FREQUENCY
+    stand, omega = standing(machine, home, parse_mode(machine)), 2 * np.pi * FREQUENCY
     chosen = spectral.plan(machine, poses, stand, float(omega[-1]))
-    nodes, weights = spectral._nodes(omega, chosen.power)
-    sampled = jax.jit(partial(spectral._samples, effort=chosen.effort))
-    between = jax.jit(partial(spectral._between, power=chosen.power, inverted=True, alone=True))
-    at_nodes = jax.jit(partial(spectral._at_nodes, inverted=True, alone=True))
-    parts = (jax.tree.map(jnp.asarray, machine), poses, stand, nodes, ETA)
-    samples = sampled(*parts)
+    finish = spectral.Matrices(inverted=True, alone=True)
+    nodes = spectral._nodes(omega, chosen)
+    assert nodes is not None, "more frequencies than nodes"
+    blocks = Blocks.of(omega, chosen.cuts, chosen.power)
+    samples_of = jax.jit(partial(sampled, effort=chosen.effort))
+    between_nodes = jax.jit(partial(between, power=chosen.power, finish=finish, arms=None))
+    at_those = jax.jit(partial(at_nodes, finish=finish, arms=None))
+    parts = (jax.tree.map(jnp.asarray, machine), poses, stand, nodes.omega, None if chosen.is_real else ETA)
+    samples = samples_of(*parts)
+    along = (samples, nodes, blocks.nodes.omega.ravel(), ETA)
+    ratio = (*between_nodes(*along), blocks.nodes, blocks.power, blocks.panel)
     return {
-        "arguments": (spectral._arguments, (machine, poses, stand, omega[-1])),
-        "samples": (sampled, parts),
-        "between": (between, (samples, weights, nodes, omega)),
-        "at nodes": (at_nodes, (samples, nodes)),
-        "gradient of samples": (gradient(sampled), parts),
-        "gradient of between": (gradient(between), (samples, weights, nodes, omega)),
+        "arguments": (arguments, (machine, poses, stand, omega[-1])),
+        "samples": (samples_of, parts),
+        "between": (between_nodes, along),
+        "quotients": (quotients, ratio),
+        "at nodes": (at_those, (samples, nodes.omega)),
+        "gradient of samples": (gradient(samples_of), parts),
+        "gradient of between": (gradient(between_nodes), along),
+        "gradient of quotients": (gradient(quotients), ratio),
     }
 
 

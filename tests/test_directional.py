@@ -45,9 +45,10 @@ def test_products_without_the_inverse() -> None:
     columns[1, 2:] = 0
     pairs = [(0, 0), (1, 2), (3, 1), (1, 1)]
     rows = [[0 if c == 0 else c for c in column] for column in columns]
-    found = Symmetric.of(6, matrix[np.triu_indices(6)]).products(rows, pairs)
+    found, determinant = Symmetric.of(6, matrix[np.triu_indices(6)]).products(rows, pairs)
     expected = columns @ np.linalg.inv(matrix) @ columns.T
     np.testing.assert_allclose(found, [expected[a, b] for a, b in pairs], rtol=1e-10)
+    np.testing.assert_allclose(determinant, np.linalg.det(matrix), rtol=1e-10)
 
 
 @pytest.mark.parametrize("name", ["azulay", "glozman", "gough-stewart"])

@@ -30,6 +30,7 @@ from trivet.vibration import spectral
 from trivet.vibration.exact import ExactStructure, exact_mesh
 from trivet.vibration.mesh import mesh
 from trivet.vibration.response import direct_receptance, exact_receptance, receptance
+from trivet.vibration.spectral_machine import standing
 
 # Compiling takes longer than computing here.
 QUICK = {"xla_backend_optimization_level": 0}
@@ -40,10 +41,10 @@ SPREAD = np.array([3.0, 70.0, 410.0, 1600.0, 4700.0])
 def compiled(options: dict[str, int] | None) -> dict[str, Any]:
     """The kernels by name, compiled with options; with None they may stand inside what is compiled as a whole."""
     kernels = {
-        "_samples": "effort",
-        "_between": ("power", "is_real", "finish"),
-        "_at_nodes": "finish",
-        "_arguments": None,
+        "sampled": "effort",
+        "between": ("power", "finish"),
+        "at_nodes": "finish",
+        "arguments": None,
     }
     plain = {name: getattr(spectral, name).__wrapped__ for name in kernels}
     return {name: jax.jit(plain[name], static_argnames=static, compiler_options=options) for name, static in kernels.items()}
@@ -189,7 +190,7 @@ def test_short_waves() -> None:
     machine = load("alizade").with_theory("timoshenko")
     pose, signs = stands(machine, 1, seed=4)[0]
     frequency = np.array([20000.0, 90000.0])
-    assert spectral.plan(machine, batch(pose), spectral.standing(machine, pose, signs), 2 * math.pi * 9e4).effort.segments > 3
+    assert spectral.plan(machine, batch(pose), standing(machine, pose, signs), 2 * math.pi * 9e4).effort.segments > 3
     found = np.asarray(spectral.receptance(machine, pose, signs, frequency))
     assert np.all(apart(machine, found, general(machine, pose, signs, frequency)) < 1e-8)
 
@@ -315,15 +316,16 @@ def test_panels_of_a_plan_may_be_divided_beforehand(monkeypatch: pytest.MonkeyPa
     """As they must be where JAX traces the machine and nobody looks at a denominator."""
     machine = balls_below()
     ((pose, signs),) = stands(machine, 1, seed=8)
-    poses, stand, omega = batch(pose), spectral.standing(machine, pose, signs), 2 * math.pi * np.linspace(3.0, 4700.0, 60)
+    poses, stand, omega = batch(pose), standing(machine, pose, signs), 2 * math.pi * np.linspace(3.0, 4700.0, 60)
     chosen = spectral.plan(machine, poses, stand, float(omega[-1]))
-    better = spectral.divided(machine, poses, stand, omega, LOSS, chosen)
+    finish = spectral.Matrices(inverted=True, alone=True)
+    better = spectral.divided(machine, poses, stand, omega, LOSS, chosen, finish)
     assert len(better.edges) > len(chosen.edges)
     expected = general(machine, pose, signs, omega[::12] / (2 * math.pi))
     monkeypatch.setattr(spectral, "LEAST", 0.0)
 
     def worst(plan: spectral.Plan) -> float:
-        found = spectral.kernel(machine, poses, stand, omega, LOSS, plan, spectral.Matrices(inverted=True, alone=True))
+        found = spectral.kernel(machine, poses, stand, omega, LOSS, plan, finish)
         return float(apart(machine, np.asarray(found)[::12], expected).max())
 
     assert worst(better) < 1e-8
@@ -460,7 +462,7 @@ def test_derivatives_with_respect_to_every_dimension(backward: bool, monkeypatch
     machine = load("azulay").with_theory("timoshenko") if backward else damped_elbow()
     signs = parse_mode(machine)
     pose = zyz_frame(np.add(machine.home.position, (0.003, 0.001, 0.002)), 0.4, 0.15, -0.3)
-    stand, poses, omega = spectral.standing(machine, pose, signs), batch(pose), np.array([2 * math.pi * 180.0])
+    stand, poses, omega = standing(machine, pose, signs), batch(pose), np.array([2 * math.pi * 180.0])
     chosen = spectral.plan(machine, poses, stand, 1.2 * omega[0])
     dimensions, rest = eqx.partition(machine, lambda leaf: isinstance(leaf, float))
     values, build = ravel_pytree(dimensions)

@@ -87,12 +87,14 @@ class Symmetric:
                     result[i, indices[b]] = inner[a, b]
         return result
 
-    def products(self, columns: Sequence[Sequence[Scalar]], pairs: Sequence[tuple[int, int]]) -> list[Scalar]:
-        """a^T M^-1 b of pairs (a, b) of columns, by elimination from the last row to the first, without the inverse."""
+    def products(self, columns: Sequence[Sequence[Scalar]], pairs: Sequence[tuple[int, int]]) -> tuple[list[Scalar], Scalar]:
+        """a^T M^-1 b of pairs (a, b) of columns, and det M, by elimination from the last row to the first."""
         rows, left = [list(row) for row in self.full()], [list(column) for column in columns]
         found: list[Scalar] = [0] * len(pairs)
+        determinant: Scalar = 1
         for last in reversed(range(self.size)):
             pivot = rows[last][last]
+            determinant = mul(determinant, pivot)
             for k, (a, b) in enumerate(pairs):
                 product = mul(left[a][last], left[b][last])
                 found[k] = add(found[k], 0 if is_zero(product) else product / pivot)
@@ -106,7 +108,7 @@ class Symmetric:
             for i in range(last):
                 for j in range(i):
                     rows[j][i] = rows[i][j]
-        return found
+        return found, determinant
 
     def full(self) -> tuple[tuple[Scalar, ...], ...]:
         """All entries by rows."""

@@ -27,8 +27,9 @@ from trivet.statics.objective import AXES
 from trivet.vibration import spectral
 from trivet.vibration.resonance import SHARPEST, grid
 from trivet.vibration.spectral_chain import Effort
+from trivet.vibration.spectral_machine import Stand, at_nodes, sampled, standing
 
-CHUNK = 8
+CHUNK = 16
 """Poses of a call: few enough for the intermediate arrays to stay near a cache, and for little of the last to be in vain."""
 ROWS = 64
 """Poses, each at its own frequency, of a call."""
@@ -51,7 +52,6 @@ class Entries(NamedTuple):
     """Six numbers each: unit force and moment, hence displacement and rotation, in {O}."""
     pairs: tuple[tuple[int, int], ...]
     """k pairs of directions: of the motion and of the load."""
-    axis: int = -1
 
     @classmethod
     def named(cls, names: Sequence[tuple[str, str]]) -> Entries:
@@ -60,7 +60,7 @@ class Entries(NamedTuple):
         directions = tuple(tuple(float(axis == other) for other in AXES) for axis in axes)
         return cls(directions, tuple((axes.index(a), axes.index(b)) for a, b in names))
 
-    def __call__(self, matrix: Symmetric, arms: Vec | None) -> jax.Array:
+    def __call__(self, matrix: Symmetric, arms: Vec | None) -> tuple[jax.Array, jax.Array]:
         columns = []
         for direction in self.directions:
             force, moment = (Vec(*(0 if c == 0 else c for c in part)) for part in (direction[:3], direction[3:]))
@@ -68,9 +68,14 @@ class Entries(NamedTuple):
                 arm = Vec(*(jnp.asarray(c)[:, None] for c in arms))
                 moment = Vec(*(add(a, b) for a, b in zip(moment, arm.cross(force), strict=True)))
             columns.append((*force, *moment))
-        found = matrix.products(columns, self.pairs)
+        found, determinant = matrix.products(columns, self.pairs)
         shape = jnp.shape(matrix[0, 0])
-        return jnp.stack([jnp.broadcast_to(jnp.asarray(value, dtype=complex), shape) for value in found], axis=-2)
+        whole = [jnp.broadcast_to(jnp.asarray(value, dtype=complex), shape) for value in (*found, determinant)]
+        return jnp.stack(whole[:-1], axis=-2), whole[-1]
+
+    def shaped(self, values: jax.Array) -> jax.Array:
+        """As they are."""
+        return values
 
 
 @dataclass(frozen=True)
@@ -80,7 +85,7 @@ class Asked:
     machine: Machine
     poses: Frame
     """Components (p,)."""
-    stand: spectral.Stand
+    stand: Stand
     entries: Entries
     arms: Vec | None
     """(p,) from the platform centre to the point of the platform, in {O}, m; None for the centre."""
@@ -100,7 +105,7 @@ class Asked:
         """With a point of the platform in {E} (m); its centre when not given."""
         count = np.broadcast_shapes((1,), *(np.shape(c) for c in jax.tree.leaves(poses)))
         many = jax.tree.map(lambda c: np.broadcast_to(np.asarray(c, dtype=float), count), poses)
-        stand = spectral.standing(machine, poses, signs)
+        stand = standing(machine, poses, signs)
         arms = None if point is None else jax.tree.map(lambda c: np.broadcast_to(c, count), many.direction(Vec(*point)))
         return cls(machine, many, stand, entries, arms, loss_factor)
 
@@ -128,14 +133,18 @@ def receptances(asked: Asked, frequency: Array) -> Iterator[tuple[slice, Array]]
     chosen = spectral.plan(asked.machine, asked.poses, asked.stand, float(omega.max()))
     count = len(asked)
 
-    def work(places: slice) -> tuple[slice, Array]:
+    def work(places: slice, chosen: spectral.Plan) -> tuple[Array, spectral.Plan]:
         # Always as many, the last one again and again, so that one compiled kernel serves.
         some = asked.part(np.minimum(np.arange(min(CHUNK, count)) + places.start, count - 1))
         loss = some.loss_factor
-        found = spectral.kernel(some.machine, some.poses, some.stand, omega, loss, chosen, some.entries, some.arms)
-        return places, np.asarray(found)[: places.stop - places.start]
+        found, divided = spectral.solved(some.machine, some.poses, some.stand, omega, loss, chosen, some.entries, some.arms)
+        return np.asarray(found)[: places.stop - places.start], divided
 
-    return in_threads(work, (slice(start, min(start + CHUNK, count)) for start in range(0, count, CHUNK)))
+    first, *rest = (slice(start, min(start + CHUNK, count)) for start in range(0, count, CHUNK))
+    # With the panels that the first poses ask for, few others ask for more.
+    found, chosen = work(first, chosen)
+    yield first, found
+    yield from in_threads(lambda places: (places, work(places, chosen)[0]), iter(rest))
 
 
 def greatest(asked: Asked, low: float, high: float, least_damping: float) -> Greatest:
@@ -237,5 +246,5 @@ def at_frequencies(asked: Asked, omega: Array, effort: Effort) -> Array:
 def own_frequency(asked: Asked, omega: Any, effort: Effort) -> jax.Array:
     """`at_frequencies` as JAX traces it."""
     nodes = jnp.asarray(omega)[:, None]
-    samples = spectral._samples(asked.machine, asked.poses, asked.stand, nodes, asked.loss_factor, effort)
-    return spectral._at_nodes(samples, nodes, asked.entries, asked.arms)[..., 0]
+    samples = sampled(asked.machine, asked.poses, asked.stand, nodes, asked.loss_factor, effort)
+    return at_nodes(samples, nodes, asked.entries, asked.arms)[..., 0]

@@ -25,6 +25,7 @@ from trivet.vibration import spectral
 from trivet.vibration.directional import Asked, Entries, Greatest, greatest, own_frequency
 from trivet.vibration.resonance import grid
 from trivet.vibration.spectral_chain import Effort
+from trivet.vibration.spectral_machine import Stand
 
 Array = NDArray[Any]
 
@@ -79,7 +80,7 @@ def with_slopes(asked: Asked, found: Greatest) -> Least:
 def _row_slopes(
     machine: Machine,
     poses: Frame,
-    stand: spectral.Stand | None,
+    stand: Stand | None,
     arms: Vec | None,
     omega: Array,
     entry: Array,
@@ -93,11 +94,11 @@ def _row_slopes(
     Each row is at its own pose, near its own frequency, and of its own entry.
     """
 
-    def row(pose: Frame, stand: spectral.Stand | None, arm: Vec | None, omega: Any, entry: Any) -> tuple[Any, Machine]:
+    def row(pose: Frame, stand: Stand | None, arm: Vec | None, omega: Any, entry: Any) -> tuple[Any, Machine]:
         one = jax.tree.map(lambda c: jnp.asarray(c)[None], (pose, stand, arm))
 
         def stiffness(machine: Machine, omega: Any) -> Any:
-            own = Asked(machine, one[0], one[1] or spectral.Stand(signs, None), entries, one[2], loss_factor)
+            own = Asked(machine, one[0], one[1] or Stand(signs, None), entries, one[2], loss_factor)
             return 1 / jnp.abs(own_frequency(own, omega[None], effort)[0][entry])
 
         def slope(omega: Any) -> Any:
@@ -119,13 +120,11 @@ def bound(asked: Asked, low: float, high: float, least_damping: float, *, slopes
     for k in range(len(asked)):
         one = asked.part(np.array([k]))
         chosen = spectral.plan(one.machine, one.poses, one.stand, highest)
-        chosen = spectral.divided(one.machine, one.poses, one.stand, omega, one.loss_factor, chosen)
+        rest: Any = {"finish": one.entries, "arms": one.arms}
+        chosen = spectral.divided(one.machine, one.poses, one.stand, omega, one.loss_factor, chosen, **rest)
 
-        def norms(machine: Machine, one: Asked = one, chosen: spectral.Plan = chosen) -> Any:
-            receptance = spectral.kernel(machine, one.poses, one.stand, omega, one.loss_factor, chosen, one.entries, one.arms)[
-                0
-            ]
-            return 1 / _norm(receptance)
+        def norms(machine: Machine, one: Asked = one, rest: Any = rest, chosen: spectral.Plan = chosen) -> Any:
+            return 1 / _norm(spectral.kernel(machine, one.poses, one.stand, omega, one.loss_factor, chosen, **rest)[0])
 
         if not slopes:
             values.append(np.asarray(norms(one.machine)))
