@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from trivet.space.family import Family, Places
 from trivet.space.search import lowest, lowest_angles
@@ -108,6 +109,25 @@ def test_what_is_enough_ends_the_search() -> None:
 def test_a_period() -> None:
     found = lowest_angles(lambda which, angle: -np.cos(3 * (angle - 1.7)), 1, 12, period=2 * np.pi / 3)
     np.testing.assert_allclose(found.angle, 1.7, atol=1e-6)
+
+
+@pytest.mark.parametrize("steps", [7, 9, 12])
+@pytest.mark.parametrize(("steep", "error"), [(5.0, 1e-7), (20.0, 2e-5)])
+def test_a_sharp_and_narrow_valley_that_bends(steps: int, steep: float, error: float) -> None:
+    """A ring with two low places, of which the grid shows neither."""
+
+    def ring(c: np.ndarray) -> np.ndarray:
+        angle = np.arctan2(c[:, 1], c[:, 0])
+        along = 0.05 * np.cos(2 * (angle - 0.4)) + 0.01 * np.cos(angle - 0.4)
+        return steep * np.abs(np.hypot(*c.T) - 0.71) + along
+
+    line = np.linspace(-1, 1, steps)
+    grid = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+    family = Family("square", grid, np.full(2, line[1] - line[0]), plane)
+    found = lowest(family, ring(grid), lambda c, bound: ring(c))
+    angle = np.linspace(0, 2 * np.pi, 100_001)
+    least = ring(0.71 * np.column_stack([np.cos(angle), np.sin(angle)])).min()
+    np.testing.assert_allclose(found.value, least, rtol=0, atol=error)
 
 
 def test_what_is_not_below_its_bound_does_not_matter() -> None:

@@ -22,14 +22,22 @@ class Lowest(NamedTuple):
     value: float
 
 
-STARTS = 4
-"""Lowest points of a grid, no two of them neighbours, from which a minimum is sought."""
+LEVELS = 4
+"""How often the grid is halved about its lowest points."""
+KEPT = 32
+"""Lowest points about which it is."""
+STARTS = 6
+"""Lowest points then, no two of them neighbours, from which a minimum is sought."""
 NEIGHBOURS = 1.5
-"""Distance in spacings up to which points are neighbours."""
+"""Distance in spacings of the grid up to which points are neighbours."""
 FINEST = 1e-5
 """Step, against the spacing of the grid, at which the search ends."""
-MOST_MOVES = 200
-"""Looks around at most: some 17 halvings, and what a path down a valley takes."""
+SHORTER, LONGER = 0.6, 3.0
+"""Change of all steps after a look around that found nothing lower, and of those along what led down after one that did."""
+MOST_LOOKS = 300
+"""Looks around at most."""
+PATIENCE = 60
+"""After so many looks the lower half of the starts goes on alone."""
 
 
 def lowest(
@@ -38,43 +46,84 @@ def lowest(
     function: Callable[[Array, Array], Array],
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Lowest:
-    """The least value of a function over a family, sought from the lowest points of its grid (a pattern search).
+    """The least value of a function over a family.
+
+    The grid is halved about its lowest points, for valleys are narrow.  From the lowest of all a pattern search goes on; its
+    directions are turned at random every time, for valleys are sharp (Audet and Dennis, SIAM J. Optim. 17:188, 2006), and its
+    steps grow along what led down, for valleys are long (as in Hansen and Ostermeier, Evol. Comput. 9:159, 2001).
 
     Args:
         family: over what.
         values: (n,) the function on the grid; NaN where it has no value.
         function: its values (m,) at coordinates (m, d), given bounds (m,): where it is not below its bound, any value that is
             not either will do.
-        progress: called with the halvings of steps that are done, and of all.
+        progress: called with the looks around that are done, and all of them, of which the last are seldom needed.
     """
-    values = np.where(np.isfinite(values), values, np.inf)
-    starts = list[int]()
-    for k in np.argsort(values, kind="stable"):
-        apart = (family.coordinates[k] - family.coordinates[starts]) / family.spacing
-        if np.isfinite(values[k]) and len(starts) < STARTS and np.all(np.abs(apart).max(axis=1, initial=0.0) > NEIGHBOURS):
-            starts.append(int(k))
-    here, there = family.coordinates[starts].copy(), values[starts].copy()
-    if not starts:
+    points, values = family.coordinates, np.where(np.isfinite(values), values, np.inf)
+    if not np.any(np.isfinite(values)):
         return Lowest(np.full(len(family.spacing), np.nan), float("nan"))
+
+    def look(tried: Array, bound: Array) -> Array:
+        found = function(tried, bound)
+        return np.where(np.isfinite(found), found, np.inf)
+
     around = np.stack(np.meshgrid(*[(-1, 0, 1)] * len(family.spacing), indexing="ij"), axis=-1).reshape(-1, len(family.spacing))
     around = around[np.any(around != 0, axis=1)]
-    step = np.full(len(starts), 0.5)
-    total = int(len(step) * math.log2(0.5 / FINEST))
-    for _ in range(MOST_MOVES):
-        (active,) = np.nonzero(step > FINEST)
+    step, total = family.spacing.copy(), LEVELS + MOST_LOOKS
+    for level in range(LEVELS):
+        step = step / 2
+        best = np.argsort(values, kind="stable")[:KEPT]
+        best = best[np.isfinite(values[best])]
+        tried = (points[best, None] + around * step).reshape(-1, len(step))
+        _, first = np.unique(np.round(np.concatenate([points, tried]) / step), axis=0, return_index=True)
+        tried = np.concatenate([points, tried])[first[first >= len(points)]]
+        bound = np.full(len(tried), values[best[-1]] if len(best) == KEPT else np.inf)
+        points, values = np.concatenate([points, tried]), np.concatenate([values, look(tried, bound)])
+        progress(level + 1, total)
+    here, there = _apart(points, values, family.spacing)
+    return _gone_down(here, there, step, around, FINEST * family.spacing, look, lambda done: progress(LEVELS + done, total))
+
+
+def _apart(points: Array, values: Array, spacing: Array) -> tuple[Array, Array]:
+    """The lowest points, no two of them neighbours, and their values."""
+    starts = list[int]()
+    for k in np.argsort(values, kind="stable"):
+        apart = np.abs((points[k] - points[starts]) / spacing).max(axis=1, initial=0.0)
+        if np.isfinite(values[k]) and len(starts) < STARTS and np.all(apart > NEIGHBOURS):
+            starts.append(int(k))
+    return points[starts].copy(), values[starts].copy()
+
+
+def _gone_down(
+    here: Array,
+    there: Array,
+    step: Array,
+    around: Array,
+    finest: Array,
+    look: Callable[[Array, Array], Array],
+    progress: Callable[[int], None],
+) -> Lowest:
+    """From points (s, d) with values (s,) down to the lowest that is met."""
+    random = np.random.default_rng(0)
+    shape = np.tile(np.diag(step), (len(here), 1, 1))
+    for done in range(MOST_LOOKS):
+        likely = np.argsort(there, kind="stable")[: -(-len(there) // 2 ** (done // PATIENCE))]
+        active = likely[np.any(np.abs(shape[likely]) > finest, axis=(1, 2))]
         if not len(active):
             break
-        tried = here[active, None] + step[active, None, None] * around * family.spacing
-        bounds = np.repeat(there[active], len(around))
-        found = function(tried.reshape(-1, tried.shape[-1]), bounds).reshape(tried.shape[:2])
-        found = np.where(np.isfinite(found), found, np.inf)
+        turn, _ = np.linalg.qr(random.normal(size=(len(step), len(step))))
+        directions = around @ turn
+        tried = here[active, None] + directions @ shape[active]
+        found = look(tried.reshape(-1, len(step)), np.repeat(there[active], len(around))).reshape(tried.shape[:2])
         best = found.argmin(axis=1)
         lower = np.take_along_axis(found, best[:, None], 1)[:, 0]
         is_lower = lower < there[active]
-        moved = active[is_lower]
+        moved, way = active[is_lower], directions[best[is_lower]]
         here[moved], there[moved] = tried[is_lower, best[is_lower]], lower[is_lower]
-        step[active[~is_lower]] /= 2
-        progress(int(np.log2(0.5 / np.maximum(step, FINEST)).sum()), total)
+        along = way / np.linalg.norm(way, axis=1, keepdims=True)
+        shape[moved] += (LONGER - 1) * along[:, :, None] * (along[:, None] @ shape[moved])
+        shape[active[~is_lower]] *= SHORTER
+        progress(done + 1)
     first = int(np.argmin(there))
     return Lowest(here[first], float(there[first]))
 
