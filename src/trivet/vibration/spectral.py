@@ -58,7 +58,8 @@ LEAST = 1e-5
 LOWER = 0.5
 """Where it is divided, against its upper end."""
 OCTAVES = 4
-"""Panels of a machine are octaves to begin with, so many below the highest frequency, and one for the rest."""
+"""Panels of a machine are octaves to begin with, so many below the highest frequency, of which the highest is halved as most
+machines want it, and one for the rest."""
 DOUBT = 1e-8
 """Error at a resonance that may be feared (it is a hundredth as a rule), above which a panel of a machine is divided."""
 CHUNK = 16
@@ -163,7 +164,7 @@ def plan(machine: Machine, poses: Frame, stand: Stand, highest: float) -> Plan:
     roots = 2 * shares / np.maximum(bending + np.sqrt(bending**2 + 4 * stretching * shares), 1e-30)
     terms = -(-terms_for(longest / segments) // TERMS) * TERMS
     edges = tuple(float(x) for x in highest * roots**2)
-    cuts = tuple(highest / 2**k for k in range(OCTAVES, 0, -1))
+    cuts = (*(highest / 2**k for k in range(OCTAVES, 0, -1)), highest * math.sqrt(5 / 8))
     return Plan(Effort(terms, segments), edges, 1 if viscous else 2, panels == 1 and not (viscous or others), cuts)
 
 
