@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -20,9 +19,8 @@ from trivet.study.families import hemisphere_of
 from trivet.study.machines import MachineLike, choose
 from trivet.study.responses import Responses
 from trivet.study.worst import Worst, rolled, worst
-from trivet.vibration.directional import climbed, receptances
+from trivet.vibration.directional import Peaks, climbed, receptances
 from trivet.vibration.resonance import grid
-from trivet.vibration.spectral import plan
 
 Array = NDArray[Any]
 Progress = Callable[[str, int, int], None]
@@ -148,15 +146,13 @@ def _swept(
     fine = grid(asked.low, asked.high, asked.least_damping)
     together = np.unique(np.concatenate([frequency, fine]))
     wanted = np.searchsorted(together, frequency)
-    there = asked.asked(places)
-    effort = plan(there.machine, there.poses, there.stand, 2 * math.pi * asked.high).effort
-    size, at = (np.empty((len(there), len(asked.entries.pairs))) for _ in range(2))
-    least, most = (np.full((size.shape[1], len(frequency)), sign * np.inf) for sign in (1, -1))
+    there, peaks = asked.asked(places), list[Peaks]()
+    least, most = (np.full((len(asked.names), len(frequency)), sign * np.inf) for sign in (1, -1))
     for rows, values in receptances(there, together):
         sizes = np.abs(values)
-        some = there.part(np.arange(rows.start, rows.stop))
-        size[rows], at[rows] = climbed(some, together, sizes, asked.least_damping, effort)
+        peaks.append(Peaks.of(together, sizes, asked.least_damping, rows.start))
         least = np.minimum(least, sizes[..., wanted].min(axis=0))
         most = np.maximum(most, sizes[..., wanted].max(axis=0))
         progress(rows.stop, len(there))
+    size, at = climbed(there, Peaks.joined(peaks), asked.high)
     return 1 / size, at, least, most

@@ -159,52 +159,69 @@ def greatest(asked: Asked, low: float, high: float, least_damping: float) -> Gre
         InputError: for a range that does not rise from above zero, or no damping.
     """
     places = grid(low, high, least_damping)
-    found = Greatest(*(np.full((len(asked), len(asked.entries.pairs)), np.nan) for _ in range(2)))
-    effort = spectral.plan(asked.machine, asked.poses, asked.stand, 2 * math.pi * high).effort
-    for rows, values in receptances(asked, places):
-        some = asked.part(np.arange(rows.start, rows.stop))
-        size, frequency = climbed(some, places, np.abs(values), least_damping, effort)
-        found.size[rows], found.frequency[rows] = size, frequency
-    return found
+    parts = [Peaks.of(places, np.abs(values), least_damping, rows.start) for rows, values in receptances(asked, places)]
+    return climbed(asked, Peaks.joined(parts), high)
 
 
-def climbed(asked: Asked, frequency: Array, sizes: Array, least_damping: float, effort: Effort) -> Greatest:
-    """The greatest values, from sizes (p, k, n) on a grid of frequencies (n,) in Hz on which no resonance hides.
+class Peaks(NamedTuple):
+    """r peaks on a grid of frequencies."""
 
-    The effort is that of the highest frequency.
-    """
-    padded = np.pad(sizes, ((0, 0), (0, 0), (1, 1)), constant_values=-np.inf)
-    within = BESIDE * max(1.0, SHARPEST / least_damping)
-    with np.errstate(invalid="ignore"):
-        is_peak = (sizes >= padded[..., :-2]) & (sizes >= padded[..., 2:])
-        is_peak &= sizes >= sizes.max(axis=-1, keepdims=True) / within
-    heights = np.where(is_peak, sizes, -np.inf)
-    most = min(MOST, heights.shape[-1])
-    pose, entry, top = np.nonzero(is_peak & (heights >= -np.partition(-heights, most - 1, axis=-1)[..., most - 1 : most]))
-    found = Greatest(np.full(sizes.shape[:2], np.nan), np.full(sizes.shape[:2], np.nan))
-    if not len(pose):
+    pose: Array
+    """(r,)."""
+    entry: Array
+    """(r,)."""
+    squares: Array
+    """(3, r) omega^2 of the grid at the peak and on both sides."""
+    values: Array
+    """(3, r) 1/|H|^2 there."""
+
+    @classmethod
+    def of(cls, frequency: Array, sizes: Array, least_damping: float, first: int) -> Peaks:
+        """Those that may lead to the greatest of sizes (p, k, n), on a grid of frequencies (n,) in Hz on which no resonance
+        hides; `first` is the number of the first pose."""
+        padded = np.pad(sizes, ((0, 0), (0, 0), (1, 1)), constant_values=-np.inf)
+        within = BESIDE * max(1.0, SHARPEST / least_damping)
+        with np.errstate(invalid="ignore"):
+            is_peak = (sizes >= padded[..., :-2]) & (sizes >= padded[..., 2:])
+            is_peak &= sizes >= sizes.max(axis=-1, keepdims=True) / within
+        heights = np.where(is_peak, sizes, -np.inf)
+        most = min(MOST, heights.shape[-1])
+        pose, entry, top = np.nonzero(is_peak & (heights >= -np.partition(-heights, most - 1, axis=-1)[..., most - 1 : most]))
+        around = np.stack([np.maximum(top - 1, 0), top, np.minimum(top + 1, len(frequency) - 1)])
+        squares = np.square(2 * math.pi * frequency)[around]
+        return cls(first + pose, entry, squares, 1 / np.square(sizes[pose, entry, around]))
+
+    @classmethod
+    def joined(cls, parts: Sequence[Peaks]) -> Peaks:
+        """All of them."""
+        return cls(*(np.concatenate(column, axis=-1) for column in zip(*parts, strict=True)))
+
+
+def climbed(asked: Asked, peaks: Peaks, high: float) -> Greatest:
+    """The greatest values, from peaks up to a highest frequency (Hz)."""
+    shape = len(asked), len(asked.entries.pairs)
+    found = Greatest(np.full(shape, np.nan), np.full(shape, np.nan))
+    if not len(peaks.pose):
         return found
-    last = len(frequency) - 1
-    squares = np.square(2 * math.pi * frequency)
-    around = np.stack([np.maximum(top - 1, 0), top, np.minimum(top + 1, last)])
-    start = 1 / np.square(sizes[pose, entry, around])
-    peak, height = _tops(asked.part(pose), entry, squares[around], start, effort)
+    effort = spectral.plan(asked.machine, asked.poses, asked.stand, 2 * math.pi * high).effort
+    peak, height = _tops(asked.part(peaks.pose), peaks, effort)
     order = np.argsort(height, kind="stable")
-    found.size[pose[order], entry[order]] = height[order]
-    found.frequency[pose[order], entry[order]] = np.sqrt(peak[order]) / (2 * math.pi)
+    where = peaks.pose[order], peaks.entry[order]
+    found.size[where] = height[order]
+    found.frequency[where] = np.sqrt(peak[order]) / (2 * math.pi)
     return found
 
 
-def _tops(asked: Asked, entry: Array, squares: Array, values: Array, effort: Effort) -> tuple[Array, Array]:
-    """omega^2 (r,) and sizes (r,) of the tops between three omega^2 (3, r), at which 1/|H|^2 has values (3, r)."""
-    rows = np.arange(len(entry))
-    squares, values = squares.copy(), values.copy()
+def _tops(asked: Asked, peaks: Peaks, effort: Effort) -> tuple[Array, Array]:
+    """omega^2 (r,) and sizes (r,) of the tops; the poses are those of the peaks, one after the other."""
+    squares, values = peaks.squares.copy(), peaks.values.copy()
+    left = np.arange(len(peaks.pose))
     for _ in range(STEPS):
-        tried = _vertex(squares, values)
-        size = np.abs(at_frequencies(asked, np.sqrt(tried), effort))[rows, entry]
-        value = 1 / np.square(size)
-        squares, values = _bracket(squares, values, tried, value)
-        if np.all((squares[2] - squares[0]) <= NARROW * squares[1]):
+        tried = _vertex(squares[:, left], values[:, left])
+        size = np.abs(at_frequencies(asked.part(left), np.sqrt(tried), effort))[np.arange(len(left)), peaks.entry[left]]
+        squares[:, left], values[:, left] = _bracket(squares[:, left], values[:, left], tried, 1 / np.square(size))
+        left = left[(squares[2, left] - squares[0, left]) > NARROW * squares[1, left]]
+        if not len(left):
             break
     return squares[1], 1 / np.sqrt(values[1])
 
@@ -235,12 +252,12 @@ def _bracket(x: Array, y: Array, tried: Array, value: Array) -> tuple[Array, Arr
 def at_frequencies(asked: Asked, omega: Array, effort: Effort) -> Array:
     """Receptances (p, k), every pose at its own frequency (p,) in rad/s."""
     count = len(asked)
-    parts = []
-    for start in range(0, count, ROWS):
+
+    def work(start: int) -> Array:
         index = np.minimum(np.arange(start, start + ROWS), count - 1)
-        some = asked.part(index)
-        parts.append(np.asarray(own_frequency(some, omega[index], effort))[: count - start])
-    return np.concatenate(parts)
+        return np.asarray(own_frequency(asked.part(index), omega[index], effort))[: count - start]
+
+    return np.concatenate(list(in_threads(work, iter(range(0, count, ROWS)))))
 
 
 def own_frequency(asked: Asked, omega: Any, effort: Effort) -> jax.Array:
