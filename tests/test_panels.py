@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+import trivet
 from trivet.kinematics.mode import parse_mode
 from trivet.model import load
 from trivet.space.pose import zyz_frame
 from trivet.vibration import panels, spectral
 from trivet.vibration.directional import Asked, Entries
-from trivet.vibration.panels import Blocks, quotients
+from trivet.vibration.panels import Blocks, Quotients, quotients
 
 NATURAL = 2 * math.pi * np.array([110.0, 110.0, 111.0, 400.0, 900.0, 1500.0, 2200.0, 2210.0, 4000.0])
 SHARES = np.array([1.0, 0.5, 2.0, 0.3, -0.7, 1.0, 2.0, -1.5, 3.0])
@@ -47,7 +48,7 @@ def test_resonances_that_coincide_and_lie_close(power: int) -> None:
 
 def test_a_panel_that_is_too_wide_is_in_doubt_until_it_is_divided(monkeypatch: pytest.MonkeyPatch) -> None:
     """With few nodes, so that there is something to doubt; the doubt is no less than what is wrong."""
-    monkeypatch.setattr(panels, "NODES", 9)
+    monkeypatch.setattr(panels, "MACHINE_NODES", 9)
     omega = 2 * math.pi * np.linspace(5.0, 3000.0, 1000)
     cuts: tuple[float, ...] = ()
     expected = resonances(omega, 0.02)[0][0, 0]
@@ -90,10 +91,96 @@ def test_a_machine_is_what_it_is_at_every_frequency(name: str) -> None:
         rest = several.machine, several.poses, several.stand
         chosen = spectral.plan(*rest, float(omega[-1]))
         found, divided = spectral.solved(*rest, omega, loss, chosen, entries)
-        assert len(omega) > panels.NODES * (len(divided.cuts) + 2), "between panels"
+        assert len(omega) > panels.MACHINE_NODES * (len(divided.cuts) + 2), "between panels"
         some = np.arange(0, len(omega), 50)
         expected = np.concatenate(
             [np.asarray(spectral.kernel(*rest, omega[part], loss, chosen, entries)) for part in (some[:11], some[11:])], axis=-1
         )
         wrong = np.abs(np.asarray(found)[..., some] - expected).max(axis=-1)
         assert np.all(wrong < close * np.abs(np.asarray(found)).max(axis=-1))
+
+
+def some_rounds(monkeypatch: pytest.MonkeyPatch) -> list[Quotients]:
+    """What is interpolated between nodes from now on; more often than a few times is a failure."""
+    rounds: list[Quotients] = []
+
+    def counted(*args: Any) -> Quotients:
+        assert len(rounds) < 4
+        rounds.append(quotients(*args))
+        return rounds[-1]
+
+    monkeypatch.setattr(spectral, "quotients", counted)
+    return rounds
+
+
+def directly(machine: Any, frequency: np.ndarray, loss: float) -> np.ndarray:
+    """Receptances (n, 6, 6) at home, at frequencies that are the nodes themselves."""
+    at, signs = zyz_frame(np.array(machine.home.position), 0.0, 0.0, 0.0), parse_mode(machine)
+    parts = [frequency[start : start + 24] for start in range(0, len(frequency), 24)]
+    return np.concatenate([np.asarray(spectral.receptance(machine, at, signs, part, loss)) for part in parts])
+
+
+def relative_error(found: np.ndarray, expected: np.ndarray) -> float:
+    """Of receptances (n, 6, 6), against those of a load and its own displacement at that frequency."""
+    own = np.sqrt(np.abs(np.diagonal(expected, axis1=-2, axis2=-1)))
+    return float((np.abs(found - expected) / (own[:, :, None] * own[:, None, :])).max())
+
+
+def test_natural_frequencies_of_a_machine_without_damping(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No panel is so narrow that a denominator could be told from nought there; beside them all is as it should be."""
+    rounds = some_rounds(monkeypatch)
+    found = trivet.frf("azulay", loss_factor=0, points=1200)
+    assert rounds
+    assert np.asarray(rounds[-1].doubt).max() > spectral.DOUBT
+    apart = np.abs(found.frequency[:, None] / found.natural - 1).min(axis=1)
+    places = np.nonzero(apart > 1e-3)[0][::25]
+    expected = directly(load("azulay"), found.frequency[places], 0.0)
+    assert relative_error(found.receptance[places], expected) < 1e-7
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.02])
+def test_equal_frequencies(monkeypatch: pytest.MonkeyPatch, loss: float) -> None:
+    """On a resonance, where there is nothing to divide."""
+    machine = load("azulay")
+    natural = trivet.frf("azulay", loss_factor=0, points=50).natural[0]
+    some_rounds(monkeypatch)
+    at, signs = zyz_frame(np.array(machine.home.position), 0.0, 0.0, 0.0), parse_mode(machine)
+    found = np.asarray(spectral.receptance(machine, at, signs, np.full(201, natural), loss))
+    assert found.shape == (201, 6, 6)
+    if loss:
+        assert relative_error(found, directly(machine, np.array([natural]), loss)) < 1e-9
+
+
+def test_doubt_ends_where_each_frequency_is_worked_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of few nodes, in a number that fills nothing, and with doubt about everything: the panels are not kept."""
+    monkeypatch.setattr(panels, "MACHINE_NODES", 7)
+    monkeypatch.setattr(spectral, "DOUBT", 0.0)
+    some_rounds(monkeypatch)
+    rest, omega, chosen = at_home("azulay")
+    entries: Any = Entries.named([("z", "z")])
+    found, divided = spectral.solved(*rest, omega, 0.02, chosen, entries)
+    expected = np.concatenate([spectral.kernel(*rest, part, 0.02, chosen, entries) for part in np.split(omega, 20)], axis=-1)
+    assert np.all(np.abs(found - expected) < 1e-9 * np.abs(expected).max())
+    assert divided.direct
+
+
+def test_a_steep_panel_is_sampled_with_damping_once_it_is_divided(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(spectral, "LEAST", math.inf)
+    rest, omega, chosen = at_home("azulay")
+    assert chosen.is_real
+    entries: Any = Entries.named([("z", "z")])
+    found, divided = spectral.solved(*rest, omega, 0.02, chosen, entries)
+    expected = np.concatenate([spectral.kernel(*rest, part, 0.02, chosen, entries) for part in np.split(omega, 20)], axis=-1)
+    assert np.all(np.abs(found - expected) < 1e-9 * np.abs(expected).max())
+    assert len(divided.edges) > 1
+    assert not divided.is_real
+
+
+def at_home(name: str) -> tuple[Any, np.ndarray, spectral.Plan]:
+    """Machine, pose and stand; 480 frequencies, and how to cover them."""
+    machine = load(name)
+    omega = 2 * math.pi * np.linspace(5.0, 2000.0, 480)
+    home = zyz_frame(np.array(machine.home.position), 0.0, 0.0, np.zeros(1))
+    several = Asked.of(machine, home, parse_mode(machine), Entries.named([("z", "z")]), 0.02)
+    rest = several.machine, several.poses, several.stand
+    return rest, omega, spectral.plan(*rest, float(omega[-1]))

@@ -4,7 +4,9 @@ Numerator and denominator are smooth where their quotient has resonances, so ove
 between Chebyshev nodes by the barycentric formula (Berrut and Trefethen, SIAM Review 46:501, 2004), at the cost of a small
 matrix product.  What the interpolation cannot follow shows in the last Chebyshev coefficients of the denominator; against the
 least denominator met they bound, with room to spare, the relative error at a resonance (`Quotients.doubt`).
-A panel in doubt is to be divided.
+A panel in doubt is to be divided, unless doubt is great though nothing but rounding is left in those coefficients
+(`Quotients.lost`): then the least denominator is as good as nought, as on a resonance without damping, and narrower panels are
+no better.
 """
 
 from __future__ import annotations
@@ -17,12 +19,14 @@ import numpy as np
 
 Array: TypeAlias = jax.Array
 
-NODES = 24
+MACHINE_NODES = 24
 """Nodes of a panel of a machine."""
 BLOCK = 100
 """Frequencies of one panel that are worked on at once; filled up, since kernels are compiled for every number of them."""
 FILLED = 2
-"""Panels and blocks are filled up to a multiple of this, for the same reason."""
+"""Panels and blocks are filled up to a multiple of this, for the same reason; many of them to coarser steps."""
+PANEL_STEPS, BLOCK_STEPS = 4, 8
+"""Steps up to the next power of two.  A new number of panels costs more compiling than one of blocks, a block more work."""
 NARROW = 1e-3
 """Least width of a panel, against its upper end: nodes that coincide tell nothing apart."""
 COINCIDING = 1e-20
@@ -52,7 +56,7 @@ class Blocks(NamedTuple):
     """Frequencies (n,) in blocks of `BLOCK`, each within one of several panels."""
 
     nodes: Nodes
-    """Of the panels, (panels, `NODES`) each."""
+    """Of the panels, (panels, `MACHINE_NODES`) each."""
     power: np.ndarray
     """(blocks, `BLOCK`) omega^power."""
     panel: np.ndarray
@@ -72,19 +76,21 @@ class Blocks(NamedTuple):
         counts = np.bincount(own, minlength=len(edges) - 1)
         # Blocks of a panel begin with its first frequency; the last one is filled up with its last.
         blocks = -(-counts // BLOCK)
-        first, panel = np.cumsum(counts) - counts, _filled(np.repeat(np.arange(len(counts)), blocks))
-        within = _filled(np.arange(blocks.sum()) - np.repeat(np.cumsum(blocks) - blocks, blocks)) * BLOCK
+        first, panel = np.cumsum(counts) - counts, _filled(np.repeat(np.arange(len(counts)), blocks), BLOCK_STEPS)
+        within = _filled(np.arange(blocks.sum()) - np.repeat(np.cumsum(blocks) - blocks, blocks), BLOCK_STEPS) * BLOCK
         rank = np.minimum(within[:, None] + np.arange(BLOCK), counts[panel][:, None] - 1)
         order = np.empty(len(omega), dtype=int)
         start = (np.cumsum(blocks) - blocks) * BLOCK - first
         order[sorted_by_panel] = start[own[sorted_by_panel]] + np.arange(len(omega))
         scaled = edges**power
-        nodes = Nodes.between(_filled(scaled[:-1]), _filled(scaled[1:]), NODES, power)
+        nodes = Nodes.between(_filled(scaled[:-1], PANEL_STEPS), _filled(scaled[1:], PANEL_STEPS), MACHINE_NODES, power)
         return cls(nodes, omega[sorted_by_panel[first[panel][:, None] + rank]] ** power, panel, order, edges)
 
     def halves(self, doubtful: np.ndarray) -> tuple[float, ...]:
-        """Frequencies (rad/s) at which the panels of doubtful blocks (by whether they are) are to be cut."""
-        return tuple(float(np.sqrt(np.mean(np.square(self.edges[k : k + 2])))) for k in np.unique(self.panel[doubtful]))
+        """Frequencies (rad/s) at which the panels of doubtful blocks (by whether they are) are to be cut; those that are wide
+        enough."""
+        ends = (self.edges[k : k + 2] for k in np.unique(self.panel[doubtful]))
+        return tuple(float(np.sqrt(np.mean(np.square(own)))) for own in ends if own[0] < own[1] * (1 - NARROW))
 
 
 class Quotients(NamedTuple):
@@ -94,6 +100,8 @@ class Quotients(NamedTuple):
     """(p, k, blocks · `BLOCK`)."""
     doubt: Array
     """(blocks,): the relative error at a resonance that may be feared."""
+    lost: Array
+    """(panels,): what the interpolation cannot follow of the denominator, against its greatest."""
 
 
 def cauchy(nodes: Array, weights: Array, at: Array) -> Array:
@@ -134,13 +142,15 @@ def quotients(values: Array, denominator: Array, nodes: Nodes, power: Array, pan
 
     parts, doubt = jax.lax.map(block, (power, panel))
     real, imag = (jnp.moveaxis(part, 0, 2).reshape(poses, kinds, -1) for part in parts)
-    return Quotients(jax.lax.complex(real, imag), doubt)
+    return Quotients(jax.lax.complex(real, imag), doubt, jnp.nanmax(lost, axis=0))
 
 
 def _angles(count: int) -> np.ndarray:
     return (2 * np.arange(count) + 1) * np.pi / (2 * count)
 
 
-def _filled(values: np.ndarray) -> np.ndarray:
-    """The last one again and again, up to a multiple of `FILLED`."""
-    return values[np.minimum(np.arange(-(-len(values) // FILLED) * FILLED), len(values) - 1)]
+def _filled(values: np.ndarray, steps: int) -> np.ndarray:
+    """The last one again and again, up to a multiple of `FILLED`, or of one of so many steps up to the next power of two."""
+    count = len(values)
+    step = max(FILLED, 2 ** (count - 1).bit_length() // steps)
+    return values[np.minimum(np.arange(-(-count // step) * step), count - 1)]

@@ -26,11 +26,10 @@ from trivet.model.elements import Joint
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
 from trivet.space.symmetric import Symmetric
-from trivet.vibration.panels import Blocks, Nodes, quotients
+from trivet.vibration.panels import BLOCK, Blocks, Nodes, quotients
 from trivet.vibration.spectral_beam import Array, terms_for
 from trivet.vibration.spectral_chain import Effort
 from trivet.vibration.spectral_machine import (
-    PADDED,
     UPPER,
     Finish,
     Samples,
@@ -42,7 +41,7 @@ from trivet.vibration.spectral_machine import (
     standing,
 )
 
-NODES = 24
+CHAIN_NODES = 24
 """Nodes of a panel of chains, twice as many where damping is viscous; also the least number of frequencies of a call."""
 REAL_NODES = 18
 """Nodes where the functions are real, which they are in a single panel only: without damping to fill the valleys of the
@@ -62,6 +61,13 @@ OCTAVES = 4
 machines want it, and one for the rest."""
 DOUBT = 1e-8
 """Error at a resonance that may be feared (it is a hundredth as a rule), above which a panel of a machine is divided."""
+ROUNDING = 1e-14
+"""What may be lost of a denominator, against its greatest in a panel, by rounding alone."""
+HOPELESS = 0.1
+"""Doubt that only a denominator of nought can raise where rounding alone is lost: a resonance without damping.  Dividing panels
+that lose no more is no use then."""
+ROUNDS = 3
+"""Panels of a machine are divided so many times at most."""
 CHUNK = 16
 """Poses of a call: few enough for the intermediate arrays to stay in a cache."""
 
@@ -79,6 +85,9 @@ class Plan(NamedTuple):
     panel of chains."""
     cuts: tuple[float, ...]
     """Frequencies between the panels of the machine, rad/s."""
+    direct: bool = False
+    """Whether those panels leave doubt, however they are divided; where JAX traces, and no doubt can be seen, every frequency
+    is then worked out by itself."""
 
 
 class Matrices(NamedTuple):
@@ -180,7 +189,7 @@ def kernel(
 ) -> Array:
     """What is made of the dynamic stiffness at poses (p,) and frequencies (n,) (rad/s) which a plan covers.
 
-    JAX may trace the machine; then the panels are those of the plan: take one that is `divided`.
+    JAX may trace the machine; then the panels are those of the plan, or none if it is `direct`: take one that is `divided`.
     """
     return solved(machine, poses, stand, omega, loss_factor, chosen, finish, arms)[0]
 
@@ -195,7 +204,7 @@ def divided(
     finish: Finish,
     arms: Any = None,
 ) -> Plan:
-    """A plan with panels so narrow that `kernel` would divide none; arguments as there."""
+    """A plan with panels so narrow that `kernel` would divide none, or one without (`direct`); arguments as there."""
     return solved(machine, poses, stand, omega, loss_factor, chosen, finish, arms)[1]
 
 
@@ -223,13 +232,14 @@ def solved(
         else:
             loss = None if chosen.is_real else loss_factor
             samples = sampled(machine, poses, stand, nodes.omega, loss, chosen.effort)
-            if not isinstance(samples.least, jax.core.Tracer) and _is_steep(samples, at):
-                chosen = chosen._replace(edges=tuple(sorted((*chosen.edges, at.max() * LOWER))))
+            is_traced = any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((samples, loss_factor, arms)))
+            if not is_traced and _is_steep(samples, at):
+                chosen = chosen._replace(edges=tuple(sorted((*chosen.edges, at.max() * LOWER))), is_real=False)
                 is_low = at < at.max() * LOWER
                 left += [places[is_low], places[~is_low]]
                 continue
             at_those = partial(between, samples, nodes, loss_factor=loss_factor, power=chosen.power, finish=finish, arms=arms)
-            found, chosen = _between(at_those, at, chosen)
+            found, chosen = _between(at_those, at, chosen, is_traced)
         pieces.append(found)
         order.append(places)
     if len(pieces) == 1:
@@ -237,18 +247,37 @@ def solved(
     return finish.shaped(_taken(jnp.concatenate(pieces, axis=-1), np.argsort(np.concatenate(order)))), chosen
 
 
-def _between(at_those: Callable[..., tuple[Array, Array]], omega: np.ndarray, chosen: Plan) -> tuple[Array, Plan]:
+def _between(
+    at_those: Callable[..., tuple[Array, Array]], omega: np.ndarray, chosen: Plan, is_traced: bool
+) -> tuple[Array, Plan]:
     """Values (p, k, n) at the frequencies of a panel of chains: between nodes of the machine where that is less work and its
-    panels need not become too many, else at each."""
-    while True:
-        blocks = Blocks.of(omega, chosen.cuts, chosen.power)
+    panels need not become too many, else at each; also at each where dividing the panels leaves doubt."""
+    cuts = chosen.cuts
+    for divisions in range(ROUNDS + 1):
+        blocks = Blocks.of(omega, cuts, chosen.power)
         nodes = blocks.nodes.omega.ravel()
-        if len(nodes) >= len(omega):
-            return at_those(omega=np.pad(omega, (0, -len(omega) % PADDED), mode="edge"))[0][..., : len(omega)], chosen
+        if len(nodes) >= len(omega) or (is_traced and chosen.direct):
+            return at_those(omega=omega)[0], chosen._replace(cuts=cuts)
         found = quotients(*at_those(omega=nodes), blocks.nodes, blocks.power, blocks.panel)
-        if isinstance(found.doubt, jax.core.Tracer) or not np.any(doubtful := np.asarray(found.doubt) > DOUBT):
+        if is_traced:
             return _taken(found.values, blocks.order), chosen
-        chosen = chosen._replace(cuts=tuple(sorted((*chosen.cuts, *blocks.halves(doubtful)))))
+        doubtful = np.asarray(found.doubt) > DOUBT
+        is_rounding = (np.asarray(found.lost) < ROUNDING)[blocks.panel]
+        meets_nought = np.any(is_rounding & (np.asarray(found.doubt) > HOPELESS))
+        more = blocks.halves(doubtful & ~(is_rounding & meets_nought))
+        if not more or divisions == ROUNDS:
+            break
+        cuts = tuple(sorted((*cuts, *more)))
+    chosen, values = chosen._replace(cuts=cuts), _taken(found.values, blocks.order)
+    if not np.any(doubtful):
+        return values, chosen
+    (places,) = np.nonzero(doubtful[blocks.order // BLOCK])
+    # As many at a time as there are nodes, for which the kernel is compiled.
+    filled = np.pad(omega[places], (0, -len(places) % len(nodes)), mode="edge")
+    parts = [np.asarray(at_those(omega=part)[0]) for part in filled.reshape(-1, len(nodes))]
+    mended = np.array(values)
+    mended[..., places] = np.concatenate(parts, axis=-1)[..., : len(places)]
+    return jnp.asarray(mended), chosen._replace(direct=True)
 
 
 @jax.jit
@@ -272,7 +301,7 @@ def _panels(omega: np.ndarray, chosen: Plan) -> Iterator[np.ndarray]:
 
 def _most(chosen: Plan) -> int:
     """Frequencies of a panel up to which they are nodes themselves."""
-    return NODES * 2 // chosen.power
+    return CHAIN_NODES * 2 // chosen.power
 
 
 def _nodes(omega: np.ndarray, chosen: Plan) -> Nodes | None:

@@ -36,8 +36,8 @@ from trivet.vibration.spectral_beam import Array, wave_numbers
 from trivet.vibration.spectral_chain import Effort, Excitation, leg_dynamics, leg_parts
 
 PADDED = 48
-"""Frequencies between the nodes are filled up to a multiple of this, and so many are worked on at a time: a cache can hold what
-stands in between."""
+"""Frequencies between the nodes are filled up to a multiple of this, since kernels are compiled for every number of them.  So
+many are worked on at a time: a cache can hold what stands in between."""
 
 UPPER = np.triu_indices(6)
 _T = TypeVar("_T")
@@ -153,14 +153,24 @@ def at_nodes(samples: Samples, omega: Array, finish: Finish, arms: Any) -> Array
     return finish(_with_platform(total, samples, omega), arms)[0]
 
 
-@partial(jax.jit, static_argnames=("power", "finish"))
 def between(
-    samples: Samples, nodes: Nodes, omega: Array, loss_factor: Scalar, power: int, finish: Finish, arms: Any
+    samples: Samples, nodes: Nodes, omega: np.ndarray, loss_factor: Scalar, power: int, finish: Finish, arms: Any
 ) -> tuple[Array, Array]:
-    """What is asked (p, k, n) at frequencies (rad/s) between the nodes, a multiple of `PADDED`; and what frees it of poles.
+    """What is asked (p, k, n) at frequencies (n,) (rad/s) between the nodes; and what frees it of poles.
 
     That is a factor (p, n), up to one for every pose.
     """
+    count = len(omega)
+    filled = np.pad(omega, (0, -count % PADDED), mode="edge")
+    values, factor = _between(samples, nodes, filled, loss_factor, power, finish, arms)
+    return (values, factor) if len(filled) == count else (values[..., :count], factor[:, :count])
+
+
+@partial(jax.jit, static_argnames=("power", "finish"))
+def _between(
+    samples: Samples, nodes: Nodes, omega: Array, loss_factor: Scalar, power: int, finish: Finish, arms: Any
+) -> tuple[Array, Array]:
+    """`between`, at a multiple of `PADDED` frequencies."""
 
     def some(omega: Array) -> tuple[Array, Array]:
         is_real = not jnp.iscomplexobj(samples.chains[0].stiffness)
