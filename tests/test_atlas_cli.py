@@ -65,7 +65,9 @@ def test_figures(tmp_path: Path) -> None:
         t.figure(one, tmp_path / f"atlas.{suffix}")
         assert (tmp_path / f"atlas.{suffix}").stat().st_size > 20_000
     assert "13 of 13 points" in drawn._title(one)[0]
-    assert drawn._words(one.worst[0]) == f"least {one.worst[0].stiffness / 1e6:.4g} N/µm at {one.worst[0].frequency:.1f} Hz"
+    assert (
+        drawn._words(one.worst[0]) == f"worst pose: {one.worst[0].stiffness / 1e6:.4g} N/µm at {one.worst[0].frequency:.1f} Hz"
+    )
     line = t.atlas("azulay", t.along("move", way, 1.0, 4), entries=("xx",), low=50, high=700, points=5)
     t.figure(line, tmp_path / "line.png")
     t.figure(line, tmp_path / "line.html")
@@ -81,6 +83,10 @@ def way(s: np.ndarray) -> np.ndarray:
         (("map", "azulay", "--entries", "xx"), "--entries: only with --quantity dynamic-stiffness"),
         (("map", "azulay", "--from", "5 Hz", "--point", "tool"), "--point, --from: only with"),
         ((*ASKED, "--entries", "xq"), "xq"),
+        (("map", "azulay", "--objective", "D_xx"), "add --quantity dynamic-stiffness"),
+        ((*ASKED, "--roll", "best K_xx", "--objective", "D_xx"), "it does not go with --roll"),
+        ((*ASKED, "--rolls", "0"), "rolls: 0"),
+        ((*ASKED, "--loss-factor", "1e-12"), "expected 1e-07 or more"),
         ((*ASKED, "--point", "tool"), "tool_tip"),
         ((*ASKED, "--loss-factor", "0"), "damping"),
         ((*ASKED[:-1], "40 Hz"), "rises"),
@@ -92,6 +98,15 @@ def test_wrong_input(trivet: Any, options: tuple[str, ...], words: str) -> None:
     assert code == 2
     assert words in complaint
     assert "Traceback" not in complaint
+
+
+def test_a_least_value_at_an_end_of_the_range_is_told(trivet: Any) -> None:
+    """Above the resonances of a block of two poses the stiffness only grows."""
+    asked = ("map", "azulay", "--quantity", "dynamic-stiffness", "--block", "2mm,0mm,0mm", "--steps", "1", "--roll", "0 deg")
+    over = (*asked, "--from", "530 Hz", "--to", "560 Hz", "--entries", "xx, zz")
+    assert "xx, zz: least at an end of the range" in trivet(*over)[1]
+    assert json.loads(trivet(*over, "--json")[1])["worst"]["xx"]["is_at_end_of_range"] is True
+    assert "end of the range" not in trivet(*asked, "--from", "300 Hz", "--to", "700 Hz", "--entries", "xx, zz")[1]
 
 
 def test_no_pose_is_reached(trivet: Any) -> None:

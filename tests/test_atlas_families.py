@@ -12,8 +12,9 @@ import pytest
 import xarray as xr
 
 import trivet as t
+from trivet import files
 from trivet.errors import InputError
-from trivet.study import atlas_datasets
+from trivet.show import atlas as drawn
 
 PATH = """
 [[poses]]
@@ -60,6 +61,34 @@ def test_a_path_by_steps_that_cannot_be(file: str) -> None:
         t.along_path("azulay", file, 0)
 
 
+def test_rolls_that_the_path_has(file: str) -> None:
+    with pytest.raises(InputError, match="has rolls of its own"):
+        t.atlas("azulay", t.along_path("azulay", file, 2), roll="best K_xx", low=50, high=700)
+
+
+@pytest.mark.parametrize(
+    ("size", "labels", "count"),
+    [
+        ((0.004, 0.0, 0.0), ("x, mm",), 3),
+        ((0.0, 0.004, 0.002), ("y, mm", "z, mm"), 9),
+        ((0.004, 0.002, 0.002), ("x, mm", "y, mm"), 9),
+    ],
+)
+def test_figures_of_blocks(tmp_path: Path, size: Any, labels: tuple[str, ...], count: int) -> None:
+    """Along the axes that are open; of three the last is gone over."""
+    found = t.atlas(
+        "azulay", t.in_block((0, 0, 0.125), size, (2, 2, 2)), roll=0.0, entries=("xx",), low=300, high=700, points=5
+    )
+    panel = drawn._Panel.of(found, 0)
+    assert panel.labels == labels
+    assert len(panel.values) == count
+    assert panel.values.min() * 1e6 == pytest.approx(found.stiffness.min())
+    assert (panel.y is None) == (len(labels) == 1)
+    assert panel.star == pytest.approx([1e3 * found.worst[0].position["xyz".index(label[0])] for label in labels])
+    t.figure(found, tmp_path / "block.png")
+    t.figure(found, tmp_path / "block.html")
+
+
 @cache
 def small() -> t.Atlas:
     return t.atlas("azulay", t.in_block((0, 0, 0.125), (0.004, 0, 0), (4, 1, 1)), roll=0.0, low=50, high=700, points=40)
@@ -84,9 +113,10 @@ def test_a_disk_without_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     class Full:
         free = 1000
 
-    monkeypatch.setattr(atlas_datasets.shutil, "disk_usage", lambda path: Full)
-    with pytest.raises(InputError, match=r"5 poses, 3 entries and 40 frequencies take 9\.6e-06 GB, the disk has room for 1e-"):
-        t.save_responses(small(), tmp_path / "atlas.nc")
+    monkeypatch.setattr(files.shutil, "disk_usage", lambda path: Full)
+    for write in (t.save_responses, t.save):
+        with pytest.raises(InputError, match=r"atlas\.nc: takes 0\.2\d* MB, the disk has room for 0\.001 MB"):
+            write(small(), tmp_path / "atlas.nc")
     assert not list(tmp_path.iterdir())
 
 
@@ -123,6 +153,10 @@ def test_block_from_the_command_line(trivet: Any) -> None:
         ((*RANGE, "--block", "1mm,1mm"), "expected three values"),
         ((*RANGE, "--path", "missing.toml"), "missing.toml"),
         ((*RANGE, "--responses"), "--data"),
+        ((*RANGE, "--block", "0mm,0mm,0mm"), "0 mm along all axes"),
+        ((*RANGE, "--path", "x.toml", "--objective", "D_xx"), "leave them out with --path"),
+        ((*RANGE, "--path", "x.toml", "--rolls", "36"), "leave them out with --path"),
+        ((*RANGE, "--entries", "xx, xx"), "given twice"),
         ((*RANGE, "--objective", "D_q"), "q"),
     ],
 )

@@ -5,11 +5,13 @@ from __future__ import annotations
 import dataclasses
 import math
 from functools import cache
+from itertools import product
 
 import numpy as np
 import pytest
 from machines import changed, document_of
 from milling import Teeth, Tool, force, growth
+from scipy.interpolate import CubicSpline
 
 import trivet
 from trivet.chatter.cut import Cut
@@ -270,6 +272,30 @@ def test_a_slot_with_many_teeth_has_no_direction() -> None:
     np.testing.assert_allclose(zero_order(cut, turned, speeds).depth, zero_order(cut, model, speeds).depth, rtol=1e-6)
     partly = Cut.of(0.02, 4, 0.008, "up", **FORCES)
     assert not np.allclose(zero_order(partly, turned, speeds).depth, zero_order(partly, model, speeds).depth, rtol=0.05)
+
+
+@pytest.mark.parametrize("side", ["up", "down"])
+@pytest.mark.parametrize(("teeth", "radial"), [(2, 0.002), (2, 0.008), (4, 0.001), (3, 0.012)])
+def test_whole_waves_are_those_between_teeth(teeth: int, radial: float, side: str) -> None:
+    """Of f T the whole part, and what is left is a phase within one turn, pi + 2 arg(mu); feeds all round, the tool on either
+    side.  For some the eigenvalue winds round the origin on its way through the frequencies."""
+    one = machine(0.016, 4, 0.004, "up", tilt=math.radians(20))
+    cut = Cut.of(0.016, teeth, radial, side, material="aluminium-7075-t6")  # type: ignore[arg-type]
+    speeds, between = np.linspace(3000, 20000, 200) * RPM, CubicSpline(one.frequency, one.receptance)
+    for turn, mirror in product(np.linspace(0, math.pi, 12, endpoint=False), (1.0, -1.0)):
+        axes = np.diag([1.0, mirror]) @ [[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]]
+        found = limits(cut, branches(cut, one.frequency, axes @ one.receptance @ axes.T), speeds)
+        has = np.isfinite(found.depth)
+        assert has.any()
+        np.testing.assert_array_equal(found.waves[~has], -1)
+        passed = found.frequency[has] * 2 * math.pi / (cut.teeth * speeds[has])
+        np.testing.assert_array_equal(found.waves[has], np.floor(passed))
+        there = cut.directional @ axes @ between(found.frequency[has]) @ axes.T
+        values = np.linalg.eigvals(there).T
+        unmet = np.abs(found.depth[has] * cut.tangential * (1 - np.exp(-2j * math.pi * passed)) * values - 1)
+        assert unmet.min(axis=0).max() < 0.01
+        value = np.take_along_axis(values, unmet.argmin(axis=0)[None], axis=0)[0]
+        np.testing.assert_allclose(passed - (math.pi + 2 * np.angle(value)) / (2 * math.pi), found.waves[has], atol=0.01)
 
 
 def test_up_and_down_milling_are_mirror_images_but_for_the_sense_of_the_cutter() -> None:

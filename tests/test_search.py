@@ -5,8 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from trivet.space.family import Family, Places
+from trivet.space.family import Axis, Family, Places
 from trivet.space.search import lowest, lowest_angles
+
+AXES = (Axis("x"), Axis("y"))
+
+
+def edge(coordinates: np.ndarray) -> np.ndarray:
+    return np.clip(coordinates, -1, 1)
 
 
 def bowl(coordinates: np.ndarray) -> np.ndarray:
@@ -22,7 +28,7 @@ def plane(coordinates: np.ndarray) -> Places:
 def test_lowest_is_that_of_a_fine_grid() -> None:
     line = np.linspace(-1, 1, 9)
     grid = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
-    family = Family("square", grid, np.array([0.25, 0.25]), plane)
+    family = Family("square", grid, np.array([0.25, 0.25]), plane, AXES, edge)
     found = lowest(family, bowl(grid), lambda c, bound: bowl(c))
     fine = np.linspace(-1, 1, 1601)
     brute = bowl(np.stack(np.meshgrid(fine, fine, indexing="ij"), axis=-1).reshape(-1, 2)).min()
@@ -30,8 +36,8 @@ def test_lowest_is_that_of_a_fine_grid() -> None:
     np.testing.assert_allclose(found.value, brute, atol=2e-3)
     np.testing.assert_allclose(bowl(found.coordinates[None])[0], found.value)
     # At an edge, beyond which the function has no value.
-    edge = lowest(family, grid @ [1.0, 0.5], lambda c, bound: np.where(np.all(np.abs(c) <= 1, axis=1), c @ [1.0, 0.5], np.nan))
-    np.testing.assert_allclose(edge.coordinates, [-1, -1], atol=1e-5)
+    least = lowest(family, grid @ [1.0, 0.5], lambda c, bound: np.where(np.all(np.abs(c) <= 1, axis=1), c @ [1.0, 0.5], np.nan))
+    np.testing.assert_allclose(least.coordinates, [-1, -1], atol=1e-5)
     assert np.isnan(lowest(family, np.full(len(grid), np.nan), lambda c, bound: bowl(c)).value)
 
 
@@ -42,7 +48,7 @@ def test_the_lowest_point_of_a_grid_may_lead_astray() -> None:
         return np.minimum((x[:, 0] + 0.5) ** 2, 21 * np.abs(x[:, 0] - 0.45) - 1)
 
     grid = np.linspace(-1, 1, 21)[:, None]
-    family = Family("line", grid, np.array([0.1]), plane)
+    family = Family("line", grid, np.array([0.1]), plane, AXES[:1], edge)
     np.testing.assert_allclose(grid[valleys(grid).argmin()], -0.5)
     found = lowest(family, valleys(grid), lambda c, bound: valleys(c))
     np.testing.assert_allclose((found.coordinates[0], found.value), (0.45, -1), atol=1e-4)
@@ -111,6 +117,19 @@ def test_a_period() -> None:
     np.testing.assert_allclose(found.angle, 1.7, atol=1e-6)
 
 
+def test_a_valley_that_leaves_through_a_corner() -> None:
+    """Steps that would go beyond an edge go on along it."""
+
+    def valley(c: np.ndarray) -> np.ndarray:
+        return 20 * np.abs(c[:, 0] - 1.17 * c[:, 1] + 0.12) - c[:, 0] - 0.3 * c[:, 1]
+
+    line = np.linspace(-1, 1, 4)
+    grid = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+    family = Family("square", grid, np.full(2, line[1] - line[0]), plane, AXES, edge)
+    found = lowest(family, valley(grid), lambda c, bound: valley(c))
+    np.testing.assert_allclose(found.coordinates, [1.0, 1.12 / 1.17], atol=1e-4)
+
+
 @pytest.mark.parametrize("steps", [7, 9, 12])
 @pytest.mark.parametrize(("steep", "error"), [(5.0, 1e-7), (20.0, 2e-5)])
 def test_a_sharp_and_narrow_valley_that_bends(steps: int, steep: float, error: float) -> None:
@@ -123,7 +142,7 @@ def test_a_sharp_and_narrow_valley_that_bends(steps: int, steep: float, error: f
 
     line = np.linspace(-1, 1, steps)
     grid = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
-    family = Family("square", grid, np.full(2, line[1] - line[0]), plane)
+    family = Family("square", grid, np.full(2, line[1] - line[0]), plane, AXES, edge)
     found = lowest(family, ring(grid), lambda c, bound: ring(c))
     angle = np.linspace(0, 2 * np.pi, 100_001)
     least = ring(0.71 * np.column_stack([np.cos(angle), np.sin(angle)])).min()
@@ -137,7 +156,7 @@ def test_what_is_not_below_its_bound_does_not_matter() -> None:
         return np.minimum(np.square(c[:, 0] + 0.5), 2 * np.abs(c[:, 0] - 0.37123) - 0.001)
 
     grid = np.linspace(-1, 1, 21)[:, None]
-    family = Family("line", grid, np.array([0.1]), plane)
+    family = Family("line", grid, np.array([0.1]), plane, AXES[:1], edge)
     known = lowest(family, valleys(grid), lambda c, bound: valleys(c))
     lazy = lowest(family, valleys(grid), lambda c, bound: np.where(valleys(c) < bound, valleys(c), bound + 5.0))
     np.testing.assert_allclose(known.coordinates, 0.37123, atol=1e-6)

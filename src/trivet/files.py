@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import os
 import secrets
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -51,6 +53,14 @@ def replacing(path: str | os.PathLike[str], *, overwrite: bool = False) -> Itera
     finally:
         if created:
             temporary.unlink(missing_ok=True)
+
+
+def check_room(path: str | os.PathLike[str], size: float) -> None:
+    """Raise InputError where the disk of a path has no room for so many bytes: HDF5 does not take a full one gracefully."""
+    folder = Path(os.path.realpath(path)).parent
+    room = shutil.disk_usage(folder).free if folder.is_dir() else math.inf
+    if size > room:
+        raise InputError(f"{os.fspath(path)}: takes {size / 1e6:.3g} MB, the disk has room for {room / 1e6:.3g} MB")
 
 
 def _exists(target: Path) -> str:

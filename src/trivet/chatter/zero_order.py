@@ -4,8 +4,9 @@ Of the forces, periodic with the teeth, the mean is kept: F = a K_t D (u(t) - u(
 receptance G in the cutting plane, and mu an eigenvalue of D G at a chatter frequency omega, the cut is at the limit where
 a K_t (1 - exp(-i omega T)) mu = 1.  The numbers 1 - exp(-i eps) lie on the circle of radius 1 about 1, on which the argument
 (pi - eps) / 2 belongs to the length 2 cos of it; so a depth is real where eps = pi + 2 arg(mu), modulo a turn, and it is
-a = 1 / (2 K_t Re(mu)), a depth where Re(mu) > 0.  With k whole waves between teeth more, omega T = eps + 2 pi k: each pair of
-an eigenvalue and a k is a lobe.  (Their Lambda is -N / (4 pi mu); the limit is the same.)
+a = 1 / (2 K_t Re(mu)), a depth where Re(mu) > 0; there |arg(mu)| < pi / 2, so that eps lies within a turn.  With k whole waves
+between teeth more, omega T = eps + 2 pi k: each pair of an eigenvalue and a k is a lobe, and k is omega T / 2 pi, rounded down.
+(Their Lambda is -N / (4 pi mu); the limit is the same.)
 
 At a given speed the limits are the places where (omega T - pi - 2 arg mu) / 2 pi passes a whole number.  This function is
 continuous along a branch of the eigenvalue, whatever the sign of Re(mu), so no lobe and no crossing of lobes is missed between
@@ -99,7 +100,9 @@ def _limits(cut: Cut, found: Branches, speeds: np.ndarray) -> tuple[np.ndarray, 
     has = most > 0
     depth = np.full(len(speeds), math.inf)
     depth[has] = 1 / most[has]
-    return depth, np.where(has, omega / (2 * math.pi), math.nan), np.where(has, whole[chosen], -1).astype(int)
+    # Not `whole`: the branch may have wound round the origin, and then its phase is not within the turn from which waves count.
+    frequency = np.where(has, omega / (2 * math.pi), math.nan)
+    return depth, frequency, np.where(has, np.floor(frequency * delay), -1).astype(int)
 
 
 def lowest(found: Branches) -> tuple[float, float]:

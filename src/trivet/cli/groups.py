@@ -194,9 +194,9 @@ class Output:
             output.print_parts(view.tables(result, *more))
 
     def give(self, result: Any, view: Any, *more: Any) -> None:
-        """Print a result and draw it."""
-        self.say(result, view, *more)
+        """Draw a result and print it, in this order: who reads may stop reading."""
         output.draw(result, self.figure or [], self.overwrite)
+        self.say(result, view, *more)
 
 
 @dataclass(frozen=True)
@@ -213,6 +213,6 @@ class DataOutput(Output):
         return Output(self.figure, self.overwrite, self.as_json)
 
     def give(self, result: Any, view: Any, *more: Any) -> None:
-        super().give(result, view, *more)
         if self.data is not None:
             output.save(result, self.data, self.overwrite)
+        super().give(result, view, *more)

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trivet.files import replacing
+from trivet.files import check_room, replacing
 from trivet.model import Machine, to_text
 
 if TYPE_CHECKING:
     import xarray as xr
 
+OVERHEAD = 200_000
+"""Bytes that names, units and the machine file may take beside the numbers."""
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 
 
@@ -43,12 +45,14 @@ def labelled(
 
 def write_netcdf(dataset: xr.Dataset, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     """Write a dataset as NetCDF; the file appears whole or not at all."""
+    check_room(path, OVERHEAD + dataset.nbytes)
     with replacing(path, overwrite=overwrite) as temporary:
         dataset.to_netcdf(temporary, engine="h5netcdf")
 
 
 def write_groups(datasets: Mapping[str, xr.Dataset], path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     """Write several datasets as groups of one NetCDF file."""
+    check_room(path, sum(OVERHEAD + dataset.nbytes for dataset in datasets.values()))
     with replacing(path, overwrite=overwrite) as temporary:
         for k, (name, dataset) in enumerate(datasets.items()):
             dataset.to_netcdf(temporary, mode="a" if k else "w", group=name.replace("/", "_"), engine="h5netcdf")

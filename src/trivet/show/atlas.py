@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -30,9 +31,10 @@ def draw_atlas(result: Atlas, path: str | os.PathLike[str], *, overwrite: bool =
 def _title(result: Atlas) -> list[str]:
     reached = f"{int(result.used.sum())} of {len(result.family)} points reached"
     where = "platform centre" if result.point == "platform" else "tool tip"
+    low, high = result.frequency[[0, -1]]
     return [
         f"{result.machine.name}, {result.family.name}, {mode_words(result.mode)}: {reached}",
-        f"roll {result.policy}, {where}, loss factor {result.loss_factor:g}",
+        f"roll {result.policy}, {where}, {low:g} to {high:g} Hz, loss factor {result.loss_factor:g}",
     ]
 
 
@@ -40,17 +42,43 @@ def _label(entry: str) -> str:
     return f"least 1/|H_{entry}|, {unit_of_least(entry).written}"
 
 
+def _response(entry: str) -> str:
+    return f"|H_{entry}|, 1/({unit_of_least(entry).written})"
+
+
 def _words(one: Worst) -> str:
     unit = unit_of_least(one.entry)
-    return f"least {one.stiffness * unit.factor:.4g} {unit.written} at {one.frequency:.1f} Hz"
+    return f"worst pose: {one.stiffness * unit.factor:.4g} {unit.written} at {one.frequency:.1f} Hz"
 
 
-def _across(result: Atlas) -> tuple[Any, Any, str, str]:
-    """Where the points are in a panel: their x and y (mm), or along a path its coordinate."""
-    if result.family.coordinates.shape[1] == 1:
-        return result.family.coordinates[:, 0], None, "along the path", ""
-    x, y, _ = 1e3 * result.places.position.T
-    return x, y, "x, mm", "y, mm"
+@dataclass(frozen=True)
+class _Panel:
+    """An entry's values where its coordinates put them: of two coordinates as colours, of one as a curve.
+
+    Of three coordinates the last is gone over: of points at the same place the lowest is shown.
+    """
+
+    x: Any
+    y: Any
+    """None of a curve."""
+    values: Any
+    points: Any
+    """Which points of the atlas these are."""
+    star: tuple[float, ...]
+    """Where the worst pose is."""
+    labels: tuple[str, ...]
+
+    @classmethod
+    def of(cls, result: Atlas, k: int) -> _Panel:
+        axes, coordinates = result.family.axes[:2], result.family.coordinates[:, :2]
+        values = result.stiffness[:, k] * unit_of_least(result.entries[k]).factor
+        order = np.argsort(values)
+        _, first = np.unique(np.round(coordinates[order] / result.family.spacing[:2], 6), axis=0, return_index=True)
+        points = order[first]
+        place = coordinates[points] * [axis.factor for axis in axes]
+        labels = tuple(", ".join(filter(None, (axis.name, axis.unit))) for axis in axes)
+        star = tuple(1e3 * result.worst[k].position["xyz".index(axis.name)] for axis in axes if axis.name in "xyz")
+        return cls(place[:, 0], place[:, 1] if len(axes) > 1 else None, values[points], points, star, labels)
 
 
 def _scale(values: Any) -> str:
@@ -63,34 +91,40 @@ def _picture(result: Atlas, path: Path) -> None:
     from matplotlib.figure import Figure
 
     count = len(result.entries)
-    canvas = Figure(figsize=(4.6 * count, 8), layout="constrained")
+    canvas = Figure(figsize=(max(4.6 * count, 8), 8), layout="constrained")
     FigureCanvasAgg(canvas)
     canvas.suptitle("\n".join(_title(result)), fontsize=11)
     panels = canvas.subplots(2, count, squeeze=False)
-    x, y, across, up = _across(result)
     for k, (entry, one) in enumerate(zip(result.entries, result.worst, strict=True)):
-        above, below = panels[0, k], panels[1, k]
-        values = result.stiffness[:, k] * unit_of_least(entry).factor
+        above, below, own = panels[0, k], panels[1, k], _Panel.of(result, k)
+        x, y, values = own.x, own.y, own.values
         used = np.isfinite(values)
         if y is None:
             above.plot(x, values, ".-", color=BAND)
+            for place in own.star:
+                above.plot([place], [one.stiffness * unit_of_least(entry).factor], "*", color=MARK, markersize=12)
             above.set_yscale(_scale(values))
             above.set_ylabel(_label(entry))
         else:
             size = 9000 / max(len(values), 100)
-            dots = above.scatter(x[used], y[used], c=values[used], s=size, cmap="cividis", norm="log", linewidths=0)
+            dots = above.scatter(x[used], y[used], c=values[used], s=size, cmap="cividis", norm=_scale(values), linewidths=0)
             above.scatter(x[~used], y[~used], c=EXCLUDED, s=size / 2, marker="x")
-            above.plot(*(1e3 * c for c in one.position[:2]), "*", color=MARK, markersize=12)
+            above.plot(*own.star, "*", color=MARK, markersize=12)
             above.set_aspect("equal")
-            above.set_ylabel(up)
+            above.set_ylabel(own.labels[1])
             canvas.colorbar(dots, ax=above, shrink=0.75, label=_label(entry))
-        above.set_xlabel(across)
+        above.set_xlabel(own.labels[0])
         above.set_title(_words(one), fontsize=10)
-        below.fill_between(result.frequency, result.least[k], result.greatest[k], color=BAND, alpha=0.5, linewidth=0)
-        below.plot([one.frequency], [1 / one.stiffness], "*", color=MARK, markersize=12)
+        per = 1 / unit_of_least(entry).factor
+        band = result.least[k] * per, result.greatest[k] * per
+        below.fill_between(result.frequency, *band, color=BAND, alpha=0.5, linewidth=0)
+        for edge in band:
+            below.plot(result.frequency, edge, color=BAND, linewidth=0.7)
+        below.plot([one.frequency], [per / one.stiffness], "*", color=MARK, markersize=12)
+        below.set_ylabel(_response(entry))
         below.set_yscale("log")
-        below.set_xlabel("Hz")
-        below.set_title(f"|H_{entry}| over all poses, SI", fontsize=10)
+        below.set_xlabel("frequency, Hz")
+        below.set_title("over all poses", fontsize=10)
     canvas.savefig(path, format="png", dpi=120)
 
 
@@ -100,15 +134,14 @@ def _page(result: Atlas, path: Path) -> None:
 
     count = len(result.entries)
     titles = [f"{entry}: {_words(one)}" for entry, one in zip(result.entries, result.worst, strict=True)]
-    titles += [f"|H_{entry}| over all poses, SI" for entry in result.entries]
+    titles += ["over all poses"] * count
     page = make_subplots(rows=2, cols=count, subplot_titles=titles, horizontal_spacing=0.08)
-    x, y, across, up = _across(result)
     assert result.places.roll is not None
     angles = np.degrees(np.stack([result.places.tilt, result.places.roll], axis=1))
     for k, (entry, one) in enumerate(zip(result.entries, result.worst, strict=True)):
-        unit, own = unit_of_least(entry), {"row": 1, "col": k + 1}
-        values = result.stiffness[:, k] * unit.factor
-        data = np.column_stack([angles, values, result.at_frequency[:, k]])
+        unit, panel, own = unit_of_least(entry), _Panel.of(result, k), {"row": 1, "col": k + 1}
+        x, y, values = panel.x, panel.y, panel.values
+        data = np.column_stack([angles[panel.points], values, result.at_frequency[panel.points, k]])
         hover = "tilt %{customdata[0]:.4g}°, roll %{customdata[1]:.4g}°<br>%{customdata[2]:.4g} " + unit.written
         hover += " at %{customdata[3]:.5g} Hz<extra></extra>"
         marker = {"size": 9} if y is None else {"color": np.log10(values), "colorscale": "Cividis", "size": 9}
@@ -122,16 +155,17 @@ def _page(result: Atlas, path: Path) -> None:
         if y is None:
             page.update_yaxes(type=_scale(values), title_text=_label(entry), **own)
         else:
-            place = [[1e3 * c] for c in one.position[:2]]
             star = {"symbol": "star", "size": 14, "color": MARK}
-            page.add_trace(go.Scatter(x=place[0], y=place[1], marker=star, showlegend=False, hovertext=_words(one)), **own)
-            page.update_yaxes(scaleanchor=f"x{k + 1 if k else ''}", title_text=up, **own)
-        page.update_xaxes(title_text=across, **own)
+            page.add_trace(
+                go.Scatter(x=panel.star[:1], y=panel.star[1:], marker=star, showlegend=False, hovertext=_words(one)), **own
+            )
+            page.update_yaxes(scaleanchor=f"x{k + 1 if k else ''}", title_text=panel.labels[1], **own)
+        page.update_xaxes(title_text=panel.labels[0], **own)
         own = {"row": 2, "col": k + 1}
-        for edge, fill in ((result.least[k], None), (result.greatest[k], "tonexty")):
+        for edge, fill in ((result.least[k] / unit.factor, None), (result.greatest[k] / unit.factor, "tonexty")):
             line = {"color": BAND, "width": 1}
             page.add_trace(go.Scatter(x=result.frequency, y=edge, line=line, fill=fill, showlegend=False), **own)
-        page.update_yaxes(type="log", **own)
-        page.update_xaxes(title_text="Hz", **own)
-    page.update_layout(title="<br>".join(_title(result)), template="simple_white", height=820, width=460 * count)
+        page.update_yaxes(type="log", title_text=_response(entry), **own)
+        page.update_xaxes(title_text="frequency, Hz", **own)
+    page.update_layout(title="<br>".join(_title(result)), template="simple_white", height=820, width=max(460 * count, 760))
     page.write_html(path, include_plotlyjs=True, full_html=True)

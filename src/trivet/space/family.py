@@ -6,6 +6,7 @@ A family says where the platform is for any coordinates, so that what a grid of 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -49,6 +50,20 @@ class Places(NamedTuple):
         return zyz_frame(self.position, self.azimuth, self.tilt, self.roll)
 
 
+class Axis(NamedTuple):
+    """What a coordinate is told by."""
+
+    name: str
+    unit: str = ""
+    """As people read it."""
+    factor: float = 1.0
+    """By which the coordinate is in that unit."""
+
+
+def _millimetres(names: str) -> tuple[Axis, ...]:
+    return tuple(Axis(name, "mm", 1e3) for name in names)
+
+
 @dataclass(frozen=True)
 class Family:
     """A continuous family of poses."""
@@ -60,6 +75,10 @@ class Family:
     """(d,) distance between neighbours of the grid along each coordinate."""
     places: Callable[[Array], Places]
     """Where the platform is for coordinates (m, d)."""
+    axes: tuple[Axis, ...]
+    """Of the d coordinates."""
+    nearest: Callable[[Array], Array]
+    """Coordinates (m, d) moved onto the edge where they are beyond it."""
 
     def __len__(self) -> int:
         return len(self.coordinates)
@@ -80,7 +99,11 @@ def over_hemisphere(height: float, radius: float, steps: int = 10) -> Family:
         azimuth = np.arctan2(coordinates[:, 1], coordinates[:, 0])
         return Places(position, azimuth, np.arctan2(part, rise), None)
 
-    return Family(points.name, points.position[:, :2], np.full(2, radius / steps), places)
+    def nearest(coordinates: Array) -> Array:
+        flat = np.hypot(*coordinates.T)[:, None]
+        return coordinates * np.where(flat > radius, radius / np.maximum(flat, radius), 1.0)
+
+    return Family(points.name, points.position[:, :2], np.full(2, radius / steps), places, _millimetres("xy"), nearest)
 
 
 def in_block(
@@ -99,14 +122,18 @@ def in_block(
         azimuth, tilt: of the normal, rad.
 
     Raises:
-        InputError: for a size below zero, steps below one, or too many points.
+        InputError: for a size below zero or without any extent, steps below one, or too many points.
     """
     for axis, length, count in zip("xyz", size, steps, strict=True):
-        if not length >= 0:
-            raise InputError(f"size of the block along {axis}: {length * 1e3:g} mm; must not be below zero")
+        if not (length >= 0 and math.isfinite(length)):
+            raise InputError(f"size of the block along {axis}: {length * 1e3:g} mm; must be finite, not below zero")
         if count < 1:
             raise InputError(f"steps along {axis}: {count}; at least 1 is needed")
+    if not np.all(np.isfinite([*centre, azimuth, tilt])):
+        raise InputError(f"centre {centre}, azimuth {azimuth}, tilt {tilt} of the block: must be finite")
     open_axes = [k for k in range(3) if size[k] > 0]
+    if not open_axes:
+        raise InputError("size of the block: 0 mm along all axes; at least one must be above zero")
     counts = [steps[k] + 1 if k in open_axes else 1 for k in range(3)]
     if np.prod(np.array(counts, dtype=float)) > MOST_POINTS:
         raise InputError(f"steps: {' × '.join(map(str, steps))} make more than {MOST_POINTS} points")
@@ -124,7 +151,8 @@ def in_block(
 
     spacing = np.array([size[k] / steps[k] for k in open_axes])
     name = f"block of {' × '.join(f'{1e3 * length:g}' for length in size)} mm"
-    return Family(name, grid[:, open_axes], spacing, places)
+    axes = _millimetres("".join("xyz"[k] for k in open_axes))
+    return Family(name, grid[:, open_axes], spacing, places, axes, lambda c: np.clip(c, low[open_axes], high[open_axes]))
 
 
 def along(name: str, pose_at: Callable[[Array], Array], length: float, count: int) -> Family:
@@ -139,6 +167,8 @@ def along(name: str, pose_at: Callable[[Array], Array], length: float, count: in
     Raises:
         InputError: for fewer than two poses, or too many.
     """
+    if not (length > 0 and math.isfinite(length)):
+        raise InputError(f"length of the path: {length}; must be above zero")
     if not 2 <= count <= MOST_POINTS:
         raise InputError(f"poses along the path: {count}; expected 2 to {MOST_POINTS}")
 
@@ -148,4 +178,5 @@ def along(name: str, pose_at: Callable[[Array], Array], length: float, count: in
         found = np.where(inside[:, None], pose_at(np.clip(at, 0, length)), np.nan)
         return Places(found[:, :3], found[:, 3], found[:, 4], found[:, 5])
 
-    return Family(name, np.linspace(0, length, count)[:, None], np.array([length / (count - 1)]), places)
+    grid, spacing = np.linspace(0, length, count)[:, None], np.array([length / (count - 1)])
+    return Family(name, grid, spacing, places, (Axis("along the path"),), lambda c: np.clip(c, 0, length))

@@ -74,14 +74,16 @@ def lowest(
         step = step / 2
         best = np.argsort(values, kind="stable")[:KEPT]
         best = best[np.isfinite(values[best])]
-        tried = (points[best, None] + around * step).reshape(-1, len(step))
+        tried = family.nearest((points[best, None] + around * step).reshape(-1, len(step)))
         _, first = np.unique(np.round(np.concatenate([points, tried]) / step), axis=0, return_index=True)
         tried = np.concatenate([points, tried])[first[first >= len(points)]]
         bound = np.full(len(tried), values[best[-1]] if len(best) == KEPT else np.inf)
         points, values = np.concatenate([points, tried]), np.concatenate([values, look(tried, bound)])
         progress(level + 1, total)
     here, there = _apart(points, values, family.spacing)
-    return _gone_down(here, there, step, around, FINEST * family.spacing, look, lambda done: progress(LEVELS + done, total))
+    found = _gone_down(family, here, there, step, around, look, lambda done: progress(LEVELS + done, total))
+    progress(total, total)
+    return found
 
 
 def _apart(points: Array, values: Array, spacing: Array) -> tuple[Array, Array]:
@@ -95,11 +97,11 @@ def _apart(points: Array, values: Array, spacing: Array) -> tuple[Array, Array]:
 
 
 def _gone_down(
+    family: Family,
     here: Array,
     there: Array,
     step: Array,
     around: Array,
-    finest: Array,
     look: Callable[[Array, Array], Array],
     progress: Callable[[int], None],
 ) -> Lowest:
@@ -108,12 +110,13 @@ def _gone_down(
     shape = np.tile(np.diag(step), (len(here), 1, 1))
     for done in range(MOST_LOOKS):
         likely = np.argsort(there, kind="stable")[: -(-len(there) // 2 ** (done // PATIENCE))]
-        active = likely[np.any(np.abs(shape[likely]) > finest, axis=(1, 2))]
+        active = likely[np.any(np.abs(shape[likely]) > FINEST * family.spacing, axis=(1, 2))]
         if not len(active):
             break
         turn, _ = np.linalg.qr(random.normal(size=(len(step), len(step))))
         directions = around @ turn
-        tried = here[active, None] + directions @ shape[active]
+        tried = family.nearest((here[active, None] + directions @ shape[active]).reshape(-1, len(step)))
+        tried = tried.reshape(len(active), -1, len(step))
         found = look(tried.reshape(-1, len(step)), np.repeat(there[active], len(around))).reshape(tried.shape[:2])
         best = found.argmin(axis=1)
         lower = np.take_along_axis(found, best[:, None], 1)[:, 0]

@@ -25,6 +25,11 @@ from trivet.vibration.resonance import grid
 Array = NDArray[Any]
 Progress = Callable[[str, int, int], None]
 
+DEFAULT = ("xx", "yy", "zz")
+"""Entries, unless said otherwise."""
+POINTS = 2000
+"""Frequencies, unless said otherwise."""
+
 
 @dataclass(frozen=True)
 class Atlas:
@@ -45,7 +50,7 @@ class Atlas:
     """(f,) Hz."""
     loss_factor: float
     stiffness: Array
-    """(n, k) least of 1/|H| over the range of frequencies, N/m, N/rad, N m/rad."""
+    """(n, k) least of 1/|H| over the range of frequencies, N/m, N, N/rad, N m/rad."""
     at_frequency: Array
     """(n, k) where it is, Hz."""
     least: Array
@@ -77,14 +82,14 @@ def atlas(
     machine: MachineLike,
     family: Family | None = None,
     *,
-    entries: Sequence[str] = ("xx", "yy", "zz"),
+    entries: Sequence[str] = DEFAULT,
     point: str = "platform",
-    roll: str | float = "best K_xx",
+    roll: str | float | None = None,
     mode: str | None = None,
     rolls: int | None = None,
     low: float = 5.0,
     high: float = 3000.0,
-    points: int = 2000,
+    points: int = POINTS,
     loss_factor: float = 0.02,
     progress: Progress = lambda what, done, total: None,
 ) -> Atlas:
@@ -96,7 +101,7 @@ def atlas(
             points.
         entries: motion, then load: "xx", "z_ry".
         point: "platform" (its centre) or "tool" (its tip).
-        roll: policy for the roll where the family leaves it free, see `Responses.roll_policy`.
+        roll: policy for the roll where the family leaves it free, see `Responses.roll_policy`; "best K_xx" by default.
         mode: working mode; the machine's own when not given.
         rolls: rolls of the first grid of a best roll.
         low, high: range of frequencies, Hz.
@@ -114,12 +119,14 @@ def atlas(
     family = family if family is not None else hemisphere_of(chosen)
     asked = Responses.of(chosen, mode, entries, point, loss_factor, low, high)
     free = family.places(family.coordinates)
-    policy = asked.roll_policy(roll, rolls) if free.roll is None else None
-    if policy is None:
-        places = free
-    else:
-        told = asked.roll_policy(roll, rolls, lambda done: progress("best rolls", done, len(family)))
+    policy, places = None, free
+    if free.roll is None:
+        wanted = "best K_xx" if roll is None else roll
+        policy = asked.roll_policy(wanted, rolls)
+        told = asked.roll_policy(wanted, rolls, lambda done: progress("best rolls", done, len(family)))
         places = rolled(asked, told, free)
+    elif roll is not None or rolls is not None:
+        raise InputError(f"roll: the {family.name} has rolls of its own; leave the policy and its grid out")
     there = np.flatnonzero(asked.reached(places))
     name = mode_text(chosen, asked.signs)
     if not len(there):

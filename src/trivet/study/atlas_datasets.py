@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import os
-import shutil
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trivet.errors import InputError
-from trivet.files import replacing
-from trivet.results.netcdf import COMPONENTS, labelled
+from trivet.files import check_room, replacing
+from trivet.results.netcdf import COMPONENTS, OVERHEAD, labelled
 from trivet.study.atlas import Atlas
+from trivet.study.response_summary import unit_of_least
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _RECEPTANCE = "m/N, m/(N m), rad/N or rad/(N m), as the entry says"
-_STIFFNESS = "N/m, N m/m, N/rad or N m/rad, as the entry says"
+_STIFFNESS = "N/m, N, N/rad or N m/rad, as unit_of_stiffness says"
 
 
 def atlas_dataset(result: Atlas) -> xr.Dataset:
@@ -32,6 +30,7 @@ def atlas_dataset(result: Atlas) -> xr.Dataset:
             "azimuth": (("point",), places.azimuth, "rad", "direction of the tilt"),
             "tilt": (("point",), places.tilt, "rad", "angle of the platform normal from z"),
             "roll": (("point",), places.roll, "rad", "about the platform normal"),
+            "unit_of_stiffness": (("entry",), [unit_of_least(e).si for e in result.entries], "1", "unit of 1/|H|"),
             "least_stiffness": (("point", "entry"), result.stiffness, _STIFFNESS, "least over frequency of 1/|H|"),
             "at_frequency": (("point", "entry"), result.at_frequency, "Hz", "where it is"),
             "least_receptance": (("entry", "frequency"), result.least, _RECEPTANCE, "least |H| over the poses"),
@@ -50,6 +49,11 @@ def atlas_dataset(result: Atlas) -> xr.Dataset:
         point=result.point,
         loss_factor=result.loss_factor,
     )
+
+
+def size_of_responses(points: int, entries: int, frequencies: int) -> float:
+    """Bytes of the file that `save_responses` writes."""
+    return OVERHEAD + 16.0 * points * entries * frequencies
 
 
 def save_responses(
@@ -73,10 +77,7 @@ def save_responses(
     import h5netcdf
 
     shape = (len(result.family), len(result.entries), len(result.frequency), 2)
-    needed, room = 8.0 * np.prod(shape, dtype=float), shutil.disk_usage(Path(os.path.realpath(path)).parent).free
-    if needed > room:
-        what = f"responses of {shape[0]:,} poses, {shape[1]} entries and {shape[2]:,} frequencies take {needed / 1e9:.3g} GB"
-        raise InputError(f"{os.fspath(path)}: {what}, the disk has room for {room / 1e9:.3g} GB; take fewer of them")
+    check_room(path, size_of_responses(*shape[:3]))
     with replacing(path, overwrite=overwrite) as temporary:
         atlas_dataset(result).assign_coords(part=["real", "imag"]).to_netcdf(temporary, engine="h5netcdf")
         with h5netcdf.File(temporary, "a") as file:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from trivet.errors import InputError
 from trivet.model import Machine
-from trivet.space.family import Family, Places, over_hemisphere
+from trivet.space.family import Axis, Family, Places, over_hemisphere
 from trivet.study.corners import corners_of, places_along, pose_along
 from trivet.study.machines import MachineLike, choose
 from trivet.study.pathfile import PathFile, read_path
@@ -53,4 +53,6 @@ def along_path(machine: MachineLike, path: PathFile | str | os.PathLike[str], st
         pose = np.where(inside[:, None], pose_along(corners, at), np.nan)
         return Places(pose[:, :3], pose[:, 3], pose[:, 4], pose[:, 5])
 
-    return Family(f"path of {len(corners)} poses", grid[:, None], np.diff(grid).max(keepdims=True), places)
+    axis = Axis("pose of the path")
+    name, spacing = f"path of {len(corners)} poses", np.diff(grid).max(keepdims=True)
+    return Family(name, grid[:, None], spacing, places, (axis,), lambda c: np.clip(c, 1, len(corners)))

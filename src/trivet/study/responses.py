@@ -20,6 +20,7 @@ from trivet.space.search import LowestAngles, lowest_angles
 from trivet.space.surface import Surface
 from trivet.statics.best_roll import ROLLS
 from trivet.study.frf import HIGHEST, directions
+from trivet.study.response_summary import check_entries
 from trivet.study.roll_policy import RollPolicy, roll_policy
 from trivet.study.stiffness_map import roll_symmetry
 from trivet.vibration.damping import least_damping
@@ -85,11 +86,10 @@ class Responses:
             raise InputError(f"point tool: {machine.name} has no platform.tool_tip; give one, or write platform")
         if not 0 <= loss_factor < 2:
             raise InputError(f"loss factor: {loss_factor:g}; expected 0 or more, and below 2")
-        for name in entries:
-            directions(name)
+        names = check_entries(entries, "receptance")
         signs = closed_form_signs(machine, mode)
         damping = least_damping(machine, loss_factor)
-        return cls(machine, signs, tuple(entries), loss_factor, damping, tip, low, high)
+        return cls(machine, signs, names, loss_factor, damping, tip, low, high)
 
     def along(self, entries: Sequence[str]) -> Responses:
         """The same along other entries."""
@@ -123,7 +123,7 @@ class Responses:
     ) -> RollPolicy:
         """A policy for the roll: `study.roll_policy`'s, or "best D_xx" (or any other entry), see `DynamicRoll`."""
         if not isinstance(roll, str) or not roll.startswith(DYNAMIC):
-            return roll_policy(roll, rolls or ROLLS, progress)
+            return roll_policy(roll, ROLLS if rolls is None else rolls, progress)
         steps = DYNAMIC_ROLLS if rolls is None else rolls
         if not FEWEST_ROLLS <= steps <= MOST_ROLLS:
             raise InputError(f"rolls: {steps}; between {FEWEST_ROLLS} and {MOST_ROLLS} are needed to find the hills")

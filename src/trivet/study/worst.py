@@ -15,6 +15,8 @@ from trivet.study.roll_policy import RollPolicy
 
 Array = NDArray[Any]
 
+AT_END = 1e-9
+"""Distance of a frequency from an end of the range, against it, that is none."""
 NEAR = 4
 """Places next to a new one whose best rolls are tried there."""
 
@@ -24,7 +26,7 @@ class Worst(NamedTuple):
 
     entry: str
     stiffness: float
-    """N/m, N/rad, N m/rad."""
+    """N/m, N, N/rad, N m/rad."""
     frequency: float
     """Hz."""
     position: tuple[float, float, float]
@@ -35,6 +37,8 @@ class Worst(NamedTuple):
     """rad."""
     on_grid: float
     """The least at a point of the grid."""
+    is_at_end: bool
+    """Whether the frequency is an end of the range: a peak may lie beyond it."""
 
 
 def rolled(asked: Responses, policy: RollPolicy | None, places: Places) -> Places:
@@ -81,7 +85,8 @@ def worst(
     azimuth, tilt, roll = (float(a[0]) for a in (there.azimuth, there.tilt, there.roll))
     (name,) = asked.names
     least, at = float(stiffness[0, 0]), float(frequency[0, 0])
-    return Worst(name, least, at, (x, y, z), azimuth, tilt, roll, float(np.nanmin(on_grid)))
+    is_at_end = min(abs(at / asked.low - 1), abs(at / asked.high - 1)) < AT_END
+    return Worst(name, least, at, (x, y, z), azimuth, tilt, roll, float(np.nanmin(on_grid)), is_at_end)
 
 
 class _GreatestOverRolls:

@@ -21,6 +21,10 @@ SHARPEST = 1e-3
 """Loss factor below which a grid grows no finer: what shows of a narrower peak is its flank."""
 
 
+FAINTEST = 1e-7
+"""Loss factor below which rounding decides how high a peak is."""
+
+
 class Peak(NamedTuple):
     """Where a response is greatest."""
 
@@ -34,8 +38,10 @@ def grid(low: float, high: float, loss_factor: float) -> np.ndarray:
     (but see `SHARPEST`)."""
     if not 0 < low < high:
         raise InputError(f"frequencies: {low:g} Hz to {high:g} Hz; expected a range that rises from above 0 Hz")
-    if not loss_factor > 0:
-        raise InputError(f"loss factor: {loss_factor:g}; a peak has a height only with damping above zero")
+    if not loss_factor >= FAINTEST:
+        raise InputError(
+            f"loss factor: {loss_factor:g}; expected {FAINTEST:g} or more: a peak has a height only with damping above zero"
+        )
     count = int(np.ceil(np.log(high / low) / (max(loss_factor, SHARPEST) / 4))) + 2
     return np.geomspace(low, high, count)
 

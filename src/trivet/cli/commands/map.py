@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -25,7 +25,10 @@ class Vibrating:
 
     entries: Annotated[
         str | None,
-        typer.Option("--entries", help="Of dynamic-stiffness: motion, then load, such as xx, z_ry.  [default: xx,yy,zz]"),
+        typer.Option(
+            "--entries",
+            help="Of dynamic-stiffness: motion, then load, such as xx, z_ry.  [default: xx,yy,zz]",
+        ),
     ] = None
     point: Annotated[
         str | None,
@@ -109,7 +112,12 @@ def run(
             "'1/det J_G^-1', '1/det J^-1', ITI, OTI, LTI.",
         ),
     ] = "stiffness",
-    objective: Annotated[str | None, o.OBJECTIVE] = None,
+    objective: Annotated[
+        str | None,
+        typer.Option(
+            "--objective", help="What the roll maximises: K_xx, 1/C_zz, K_rx, 'K(1,0,1)', …; of dynamic-stiffness also D_xx, …"
+        ),
+    ] = None,
     roll: Annotated[
         str | None,
         typer.Option("--roll", help="For other quantities than stiffness: an angle, -alpha, or best; best by default."),
@@ -131,6 +139,10 @@ def run(
 
     if roll is not None and quantity == "stiffness":
         raise InputError("--roll: the stiffness is mapped with its best roll; choose another --quantity")
+    if objective is not None and objective.startswith("D_") and quantity != DYNAMIC:
+        raise InputError(f'--objective "{objective}": is of dynamic stiffness; add --quantity {DYNAMIC}')
+    if objective is not None and roll not in (None, "best"):
+        raise InputError(f'--objective: says what the best roll maximises; it does not go with --roll "{roll}"')
     policy = _policy(roll, objective)
     if (objective or rolls) and quantity != "stiffness" and not str(policy).startswith("best"):
         raise InputError("--objective and --rolls choose the best roll; they do not go with another --roll")
@@ -138,9 +150,14 @@ def run(
         raise InputError(f"{', '.join(vibrating.given)}: only with --quantity {DYNAMIC}")
     chosen = choice.load(model)
     if quantity == DYNAMIC:
-        _dynamic(chosen, vibrating, points, policy, mode, rolls, out)
+        is_given = roll is not None or objective is not None
+        if vibrating.path is not None and (is_given or rolls is not None):
+            raise InputError("--roll, --objective, --rolls: the path file has rolls of its own; leave them out with --path")
+        own = objective is not None and objective.startswith("D_") and vibrating.entries is None
+        vibrating = replace(vibrating, entries=objective.removeprefix("D_")) if objective and own else vibrating
+        _dynamic(chosen, vibrating, points, policy if is_given else None, mode, rolls, out)
         return
-    surface = points.over(chosen)
+    surface, first = points.over(chosen), ROLLS if rolls is None else rolls
     out.check()
     with output.progress(out.as_json) as advance:
         advance(chosen.name, 0, len(surface))
@@ -150,11 +167,22 @@ def run(
 
         if quantity == "stiffness":
             stiff = stiffness_map(
-                chosen, surface, objective=objective or "K_xx", mode=mode, rolls=rolls or ROLLS, progress=done
+                chosen,
+                surface,
+                objective=objective or "K_xx",
+                mode=mode,
+                rolls=first,
+                progress=done,
             )
         else:
             near = singularity_map(
-                chosen, surface, quantity=quantity, roll=policy, mode=mode, rolls=rolls or ROLLS, progress=done
+                chosen,
+                surface,
+                quantity=quantity,
+                roll=policy,
+                mode=mode,
+                rolls=first,
+                progress=done,
             )
     if quantity == "stiffness":
         out.give(stiff, stiffnesses)
@@ -166,30 +194,33 @@ def _dynamic(
     chosen: Machine,
     vibrating: Vibrating,
     points: Hemisphere,
-    policy: str | float,
+    policy: str | float | None,
     mode: str | None,
     rolls: int | None,
     out: DataOutput,
 ) -> None:
     from trivet.cli.views import atlas as view
     from trivet.errors import InputError
-    from trivet.study.atlas import atlas
-    from trivet.study.atlas_datasets import save_responses
+    from trivet.files import check_room
+    from trivet.study.atlas import DEFAULT, POINTS, atlas
+    from trivet.study.atlas_datasets import save_responses, size_of_responses
 
     if vibrating.responses and out.data is None:
         raise InputError("--responses: are written into --data; give it a file")
     family, asked = vibrating.family(chosen, points), vibrating.asked()
     out.check()
+    if vibrating.responses and out.data is not None:
+        check_room(out.data, size_of_responses(len(family), len(asked.get("entries", DEFAULT)), POINTS))
     with output.progress(out.as_json, "") as advance:
         found = atlas(chosen, family, roll=policy, mode=mode, rolls=rolls, progress=advance, **asked)
     if not vibrating.responses:
         out.give(found, view)
         return
-    out.without_data().give(found, view)
     assert out.data is not None
     with output.progress(out.as_json, "poses") as advance:
         save_responses(found, out.data, overwrite=out.overwrite, progress=lambda done, total: advance("responses", done, total))
     output.wrote(out.data)
+    out.without_data().give(found, view)
 
 
 def _policy(text: str | None, objective: str | None) -> str | float:

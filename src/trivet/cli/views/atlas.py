@@ -31,11 +31,18 @@ def tables(result: Atlas) -> list[Any]:
         angles = [f"{np.degrees(a):.3f}" for a in (one.azimuth, one.tilt, one.roll)]
         stiffness, on_grid = (f"{value * unit.factor:.4g}" for value in (one.stiffness, one.on_grid))
         worst.add_row(entry, stiffness, unit.written, f"{one.frequency:.2f}", *place, *angles, on_grid)
+    ends = [one.entry for one in result.worst if one.is_at_end]
+    notes = (
+        [f"{', '.join(ends)}: least at an end of the range of frequencies; there may be less beyond it, as near a singularity"]
+        if ends
+        else []
+    )
     return [
         f"{result.machine.name}, {mode_words(result.mode)}, {result.family.name}, roll {result.policy}: {int(used.sum())} of "
         f"{len(result.family)} points reached; {where}, {low:g} to {high:g} Hz, loss factor {result.loss_factor:g}",
         spread,
         worst,
+        *notes,
     ]
 
 
@@ -69,6 +76,7 @@ def as_json(result: Atlas) -> dict[str, Any]:
                 "tilt_rad": finite(one.tilt),
                 "roll_rad": finite(one.roll),
                 "least_at_a_point_SI": finite(one.on_grid),
+                "is_at_end_of_range": one.is_at_end,
             }
             for one in result.worst
         },
