@@ -86,7 +86,7 @@ def way(s: np.ndarray) -> np.ndarray:
         (("map", "azulay", "--objective", "D_xx"), "add --quantity dynamic-stiffness"),
         ((*ASKED, "--roll", "best K_xx", "--objective", "D_xx"), "it does not go with --roll"),
         ((*ASKED, "--rolls", "0"), "rolls: 0"),
-        ((*ASKED, "--loss-factor", "1e-12"), "expected 1e-07 or more"),
+        ((*ASKED, "--loss-factor", "1e-12"), "expected 1e-08 or more"),
         ((*ASKED, "--point", "tool"), "tool_tip"),
         ((*ASKED, "--loss-factor", "0"), "damping"),
         ((*ASKED[:-1], "40 Hz"), "rises"),

@@ -81,7 +81,7 @@ PAGES = {
     "atlas": (
         ("map", "azulay", "--quantity", "dynamic-stiffness", "--steps", "1", "--entries", "xx", "--roll", "0 deg",
          "--from", "20 Hz", "--to", "300 Hz"),
-        ("azulay, hemisphere of 4 mm", "loss factor 0.02", "|H_xx| over all poses"),
+        ("azulay, hemisphere of 4 mm", "loss factor 0.02", "over all poses"),
     ),
     "modes along a path": (
         ("modes", "azulay", "--path", "tour.toml", "--count", "3", "--steps", "4"),

@@ -26,7 +26,7 @@ from trivet.statics.objective import AXES
 from trivet.statics.structure import structural_stiffness
 from trivet.study.frf import minimum_dynamic_stiffness
 from trivet.study.pose import pose as pose_report
-from trivet.vibration import spectral
+from trivet.vibration import spectral, spectral_machine
 from trivet.vibration.exact import ExactStructure, exact_mesh
 from trivet.vibration.mesh import mesh
 from trivet.vibration.response import direct_receptance, exact_receptance, receptance
@@ -38,15 +38,20 @@ STILL, LOSS = 1e-6, 0.02
 SPREAD = np.array([3.0, 70.0, 410.0, 1600.0, 4700.0])
 
 
+def home_of(kernel: str) -> Any:
+    """The module through which it is called."""
+    return spectral if hasattr(spectral, kernel) else spectral_machine
+
+
 def compiled(options: dict[str, int] | None) -> dict[str, Any]:
     """The kernels by name, compiled with options; with None they may stand inside what is compiled as a whole."""
     kernels = {
         "sampled": "effort",
-        "between": ("power", "finish"),
+        "_between": ("power", "finish"),
         "at_nodes": "finish",
         "arguments": None,
     }
-    plain = {name: getattr(spectral, name).__wrapped__ for name in kernels}
+    plain = {name: getattr(home_of(name), name).__wrapped__ for name in kernels}
     return {name: jax.jit(plain[name], static_argnames=static, compiler_options=options) for name, static in kernels.items()}
 
 
@@ -54,7 +59,7 @@ def compiled(options: dict[str, int] | None) -> dict[str, Any]:
 def _quickly() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         for name, kernel in compiled(QUICK).items():
-            patch.setattr(spectral, name, kernel)
+            patch.setattr(home_of(name), name, kernel)
         yield
 
 

@@ -21,7 +21,7 @@ SHARPEST = 1e-3
 """Loss factor below which a grid grows no finer: what shows of a narrower peak is its flank."""
 
 
-FAINTEST = 1e-7
+FAINTEST = 1e-8
 """Loss factor below which rounding decides how high a peak is."""
 
 
