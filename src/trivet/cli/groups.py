@@ -213,6 +213,7 @@ class DataOutput(Output):
         return Output(self.figure, self.overwrite, self.as_json)
 
     def give(self, result: Any, view: Any, *more: Any) -> None:
+        output.draw(result, self.figure or [], self.overwrite)
         if self.data is not None:
             output.save(result, self.data, self.overwrite)
-        super().give(result, view, *more)
+        self.say(result, view, *more)
