@@ -21,10 +21,10 @@ from trivet.model import Machine, load
 from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
 from trivet.statics.assembly import Structure, assemble
-from trivet.vibration import spectral
+from trivet.vibration import spectral, spectral_machine
 from trivet.vibration.mesh import mesh
 from trivet.vibration.panels import Blocks, quotients
-from trivet.vibration.spectral_machine import arguments, at_nodes, between, sampled, standing
+from trivet.vibration.spectral_machine import arguments, at_nodes, sampled, standing
 
 HEIGHT, ETA, LEAST = 0.130, 0.02, 1e-3
 FREQUENCY = np.linspace(5.0, 3000.0, 2000)
@@ -202,7 +202,7 @@ def kernels_of(machine: Machine) -> dict[str, tuple[Any, tuple[Any, ...]]]:
     assert nodes is not None, "more frequencies than nodes"
     blocks = Blocks.of(omega, chosen.cuts, chosen.power)
     samples_of = jax.jit(partial(sampled, effort=chosen.effort))
-    between_nodes = jax.jit(partial(between, power=chosen.power, finish=finish, arms=None))
+    between_nodes = jax.jit(partial(spectral_machine._between, power=chosen.power, finish=finish, arms=None))
     at_those = jax.jit(partial(at_nodes, finish=finish, arms=None))
     parts = (jax.tree.map(jnp.asarray, machine), poses, stand, nodes.omega, None if chosen.is_real else ETA)
     samples = samples_of(*parts)

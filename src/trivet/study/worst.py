@@ -75,10 +75,12 @@ def worst(
         return asked.stiffness(rolled(asked, policy, family.places(coordinates)))[0][:, 0]
 
     if isinstance(policy, DynamicRoll) and policy.responses.entries == asked.entries:
-        found = lowest(family, on_grid, _GreatestOverRolls(policy, family, places), progress)
+        greatest = _GreatestOverRolls(policy, family, places)
+        found = lowest(family, on_grid, greatest, progress)
+        there = family.places(found.coordinates[None])._replace(roll=greatest.rolls_near(found.coordinates[None])[:, 0])
     else:
         found = lowest(family, on_grid, value, progress)
-    there = rolled(asked, policy, family.places(found.coordinates[None]))
+        there = rolled(asked, policy, family.places(found.coordinates[None]))
     stiffness, frequency = asked.stiffness(there)
     assert there.roll is not None
     x, y, z = there.position[0].tolist()
@@ -103,11 +105,14 @@ class _GreatestOverRolls:
         self.coordinates, self.rolls = family.coordinates[known], places.roll[known]
 
     def __call__(self, coordinates: Array, bound: Array) -> Array:
-        apart = (coordinates[:, None] - self.coordinates) / self.family.spacing
-        near = np.argsort(np.square(apart).sum(axis=-1), axis=1)[:, :NEAR]
-        found = self.policy.search(self.family.places(coordinates), self.rolls[near], 1 / bound)
+        found = self.policy.search(self.family.places(coordinates), self.rolls_near(coordinates), 1 / bound)
         stiffness: Array = 1 / found.value
         lower = stiffness < bound
         self.coordinates = np.concatenate([self.coordinates, coordinates[lower]])
         self.rolls = np.concatenate([self.rolls, found.angle[lower]])
         return stiffness
+
+    def rolls_near(self, coordinates: Array) -> Array:
+        """Best rolls (m, up to NEAR) of the places that are known, the nearest first; where one is known, its own."""
+        apart = (coordinates[:, None] - self.coordinates) / self.family.spacing
+        return self.rolls[np.argsort(np.square(apart).sum(axis=-1), axis=1, kind="stable")[:, :NEAR]]

@@ -153,8 +153,8 @@ def run(
         is_given = roll is not None or objective is not None
         if vibrating.path is not None and (is_given or rolls is not None):
             raise InputError("--roll, --objective, --rolls: the path file has rolls of its own; leave them out with --path")
-        own = objective is not None and objective.startswith("D_") and vibrating.entries is None
-        vibrating = replace(vibrating, entries=objective.removeprefix("D_")) if objective and own else vibrating
+        if vibrating.entries is None and objective is not None and objective.startswith("D_"):
+            vibrating = replace(vibrating, entries=objective.removeprefix("D_"))
         _dynamic(chosen, vibrating, points, policy if is_given else None, mode, rolls, out)
         return
     surface, first = points.over(chosen), ROLLS if rolls is None else rolls
@@ -166,24 +166,9 @@ def run(
             advance(chosen.name, count, len(surface))
 
         if quantity == "stiffness":
-            stiff = stiffness_map(
-                chosen,
-                surface,
-                objective=objective or "K_xx",
-                mode=mode,
-                rolls=first,
-                progress=done,
-            )
+            stiff = stiffness_map(chosen, surface, objective=objective or "K_xx", mode=mode, rolls=first, progress=done)
         else:
-            near = singularity_map(
-                chosen,
-                surface,
-                quantity=quantity,
-                roll=policy,
-                mode=mode,
-                rolls=first,
-                progress=done,
-            )
+            near = singularity_map(chosen, surface, quantity=quantity, roll=policy, mode=mode, rolls=first, progress=done)
     if quantity == "stiffness":
         out.give(stiff, stiffnesses)
     else:
