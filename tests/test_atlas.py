@@ -44,6 +44,10 @@ def test_places_of_families_are_their_grids() -> None:
     assert block.places(block.coordinates).position[:, 2].tolist() == [0.125] * 15
     np.testing.assert_allclose(block.spacing, [0.001, 0.001])
     assert np.isnan(block.places(np.array([[0.003, 0.0]])).position).all()
+    outside = np.array([[0.003, 0.004], [0.0, -0.009], [0.001, 0.001]])
+    np.testing.assert_allclose(hemisphere.nearest(outside), [[0.0024, 0.0032], [0, -0.004], [0.001, 0.001]], atol=1e-15)
+    np.testing.assert_allclose(block.nearest(outside), [[0.002, 0.001], [0, -0.001], [0.001, 0.001]], atol=1e-15)
+    assert np.isfinite(hemisphere.places(hemisphere.nearest(outside)).position).all()
     with pytest.raises(InputError, match="steps along y"):
         in_block((0, 0, 0), (1, 1, 1), (1, 0, 1))
     with pytest.raises(InputError, match="more than"):

@@ -63,6 +63,10 @@ def test_worst_pose_with_the_best_roll() -> None:
     assert worst.stiffness <= least
     np.testing.assert_allclose(worst.stiffness, least, rtol=1e-4)
     assert -0.004 < worst.position[0] < -0.001
+    place = Places(np.array([worst.position]), np.array([worst.azimuth]), np.array([worst.tilt]), np.array([worst.roll]))
+    stiffest = own.roll_policy("best D_zz").choose(own.machine, place.surface("worst"), own.signs)
+    np.testing.assert_allclose(worst.stiffness, own.stiffness(place)[0][0, 0], rtol=1e-12)
+    np.testing.assert_allclose(worst.stiffness, own.stiffness(place._replace(roll=stiffest))[0][0, 0], rtol=1e-7)
 
 
 def test_rolls_at_which_a_machine_is_the_same() -> None:
