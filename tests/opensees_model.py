@@ -197,10 +197,15 @@ def modes(count: int) -> tuple[np.ndarray, np.ndarray]:
     """Natural frequencies (m,) in Hz of the machine that was built, and twists (6, m) of its centre, of unit modal mass."""
     import openseespy.opensees as ops
 
-    ops.constraints("Transformation")
-    ops.numberer("RCM")
-    squares = np.array(ops.eigen("-genBandArpack", count))
-    return np.sqrt(squares) / (2 * np.pi), np.array([ops.nodeEigenvector(CENTRE, k + 1) for k in range(count)]).T
+    tries = []
+    for more in (0, 2):
+        ops.wipeAnalysis()
+        ops.constraints("Transformation")
+        ops.numberer("RCM")
+        squares = np.array(ops.eigen("-genBandArpack", count + more))[:count]
+        tries.append((np.sqrt(squares) / (2 * np.pi), np.array([ops.nodeEigenvector(CENTRE, k + 1) for k in range(count)]).T))
+    # Once in a hundred times its ARPACK, which starts at random, misses one of a pair of equal modes: all above move up.
+    return min(tries, key=lambda one: float(one[0].sum()))
 
 
 def compliance() -> np.ndarray:

@@ -102,7 +102,6 @@ class Matrices(NamedTuple):
         found, factor = matrix.products(units, list(zip(*UPPER, strict=True))) if self.inverted else (matrix.upper(), 1.0)
         return jnp.stack(found, axis=-2), jnp.broadcast_to(jnp.asarray(factor, dtype=complex), jnp.shape(matrix[0, 0]))
 
-    @partial(jax.jit, static_argnums=0)
     def shaped(self, values: Array) -> Array:
         place = np.zeros((6, 6), dtype=int)
         place[UPPER] = place.T[UPPER] = np.arange(21)
@@ -219,7 +218,8 @@ def solved(
     arms: Any = None,
 ) -> tuple[Array, Plan]:
     """`kernel`, and the plan `divided`."""
-    pieces, order = [], []
+    pieces: list[Array] = []
+    order, known = np.empty(len(omega), dtype=int), 0
     left = list(_panels(omega, chosen))
     while left:
         places = left.pop()
@@ -228,7 +228,7 @@ def solved(
         if nodes is None:
             filled = np.pad(at, (0, _most(chosen) - len(at)), mode="edge")
             samples = sampled(machine, poses, stand, filled, loss_factor, chosen.effort)
-            found = at_nodes(samples, filled, finish, arms)[..., : len(at)]
+            found, own = at_nodes(samples, filled, finish, arms), np.arange(len(at))
         else:
             loss = None if chosen.is_real else loss_factor
             samples = sampled(machine, poses, stand, nodes.omega, loss, chosen.effort)
@@ -239,28 +239,30 @@ def solved(
                 left += [places[is_low], places[~is_low]]
                 continue
             at_those = partial(between, samples, nodes, loss_factor=loss_factor, power=chosen.power, finish=finish, arms=arms)
-            found, chosen = _between(at_those, at, chosen, is_traced)
+            found, own, chosen = _between(at_those, at, chosen, is_traced)
+        order[places] = known + own
+        known += found.shape[-1]
         pieces.append(found)
-        order.append(places)
-    if len(pieces) == 1:
-        return finish.shaped(pieces[0]), chosen
-    return finish.shaped(_taken(jnp.concatenate(pieces, axis=-1), np.argsort(np.concatenate(order)))), chosen
+    return _arranged(jnp.concatenate(pieces, axis=-1) if len(pieces) > 1 else pieces[0], order, finish), chosen
 
 
 def _between(
     at_those: Callable[..., tuple[Array, Array]], omega: np.ndarray, chosen: Plan, is_traced: bool
-) -> tuple[Array, Plan]:
-    """Values (p, k, n) at the frequencies of a panel of chains: between nodes of the machine where that is less work and its
-    panels need not become too many, else at each; also at each where dividing the panels leaves doubt."""
+) -> tuple[Array, np.ndarray, Plan]:
+    """Values (p, k, m) at the frequencies of a panel of chains, and where those of each (n,) are among them.
+
+    Between nodes of the machine where that is less work and its panels need not become too many, else at each; also at each
+    where dividing the panels leaves doubt.
+    """
     cuts = chosen.cuts
     for divisions in range(ROUNDS + 1):
         blocks = Blocks.of(omega, cuts, chosen.power)
         nodes = blocks.nodes.omega.ravel()
         if len(nodes) >= len(omega) or (is_traced and chosen.direct):
-            return at_those(omega=omega)[0], chosen._replace(cuts=cuts)
+            return at_those(omega=omega)[0], np.arange(len(omega)), chosen._replace(cuts=cuts)
         found = quotients(*at_those(omega=nodes), blocks.nodes, blocks.power, blocks.panel)
         if is_traced:
-            return _taken(found.values, blocks.order), chosen
+            return found.values, blocks.order, chosen
         doubtful = np.asarray(found.doubt) > DOUBT
         is_rounding = (np.asarray(found.lost) < ROUNDING)[blocks.panel]
         meets_nought = np.any(is_rounding & (np.asarray(found.doubt) > HOPELESS))
@@ -268,21 +270,21 @@ def _between(
         if not more or divisions == ROUNDS:
             break
         cuts = tuple(sorted((*cuts, *more)))
-    chosen, values = chosen._replace(cuts=cuts), _taken(found.values, blocks.order)
+    chosen = chosen._replace(cuts=cuts)
     if not np.any(doubtful):
-        return values, chosen
+        return found.values, blocks.order, chosen
     (places,) = np.nonzero(doubtful[blocks.order // BLOCK])
     # As many at a time as there are nodes, for which the kernel is compiled.
     filled = np.pad(omega[places], (0, -len(places) % len(nodes)), mode="edge")
     parts = [np.asarray(at_those(omega=part)[0]) for part in filled.reshape(-1, len(nodes))]
-    mended = np.array(values)
-    mended[..., places] = np.concatenate(parts, axis=-1)[..., : len(places)]
-    return jnp.asarray(mended), chosen._replace(direct=True)
+    mended = np.array(found.values)
+    mended[..., blocks.order[places]] = np.concatenate(parts, axis=-1)[..., : len(places)]
+    return jnp.asarray(mended), blocks.order, chosen._replace(direct=True)
 
 
-@jax.jit
-def _taken(values: Array, order: Array) -> Array:
-    return jnp.take(values, order, axis=-1, mode="clip")
+@partial(jax.jit, static_argnames="finish")
+def _arranged(values: Array, order: Array, finish: Finish) -> Array:
+    return finish.shaped(jnp.take(values, order, axis=-1, mode="clip"))
 
 
 def _is_steep(samples: Samples, omega: np.ndarray) -> bool:

@@ -36,8 +36,9 @@ from trivet.vibration.spectral_beam import Array, wave_numbers
 from trivet.vibration.spectral_chain import Effort, Excitation, leg_dynamics, leg_parts
 
 PADDED = 48
-"""Frequencies between the nodes are filled up to a multiple of this, since kernels are compiled for every number of them.  So
-many are worked on at a time: a cache can hold what stands in between."""
+"""Frequencies between the nodes are filled up to a multiple of this, since kernels are compiled for every number of them."""
+AT_ONCE = 48 * PADDED
+"""So many are worked on at a time, over all poses: a cache can hold what stands in between."""
 
 UPPER = np.triu_indices(6)
 _T = TypeVar("_T")
@@ -160,17 +161,19 @@ def between(
 
     That is a factor (p, n), up to one for every pose.
     """
-    count = len(omega)
-    filled = np.pad(omega, (0, -count % PADDED), mode="edge")
-    values, factor = _between(samples, nodes, filled, loss_factor, power, finish, arms)
-    return (values, factor) if len(filled) == count else (values[..., :count], factor[:, :count])
+    count, poses = len(omega), len(samples.inertia)
+    turns = -(-count * poses // AT_ONCE)
+    own = -(-count // (turns * PADDED)) * PADDED
+    filled = np.pad(omega, (0, turns * own - count), mode="edge").reshape(turns, own)
+    found = _between(samples, nodes, filled, loss_factor, power, finish, arms)
+    return found if filled.size == count else jax.tree.map(lambda a: jax.lax.slice_in_dim(a, 0, count, axis=-1), found)
 
 
 @partial(jax.jit, static_argnames=("power", "finish"))
 def _between(
     samples: Samples, nodes: Nodes, omega: Array, loss_factor: Scalar, power: int, finish: Finish, arms: Any
 ) -> tuple[Array, Array]:
-    """`between`, at a multiple of `PADDED` frequencies."""
+    """`between`, at frequencies (turns, m), a turn at a time."""
 
     def some(omega: Array) -> tuple[Array, Array]:
         is_real = not jnp.iscomplexobj(samples.chains[0].stiffness)
@@ -187,7 +190,7 @@ def _between(
         values, factor = finish(_with_platform(elastic * jax.lax.complex(real, imag), samples, omega), arms)
         return values, factor * poles
 
-    values, factor = jax.lax.map(some, omega.reshape(-1, PADDED))
+    values, factor = jax.lax.map(some, omega)
     values = jnp.moveaxis(values, 0, 2)
     return values.reshape(*values.shape[:2], -1), jnp.moveaxis(factor, 0, 1).reshape(len(factor[0]), -1)
 
