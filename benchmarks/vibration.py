@@ -206,7 +206,7 @@ def kernels_of(machine: Machine) -> dict[str, tuple[Any, tuple[Any, ...]]]:
     at_those = jax.jit(partial(at_nodes, finish=finish, arms=None))
     parts = (jax.tree.map(jnp.asarray, machine), poses, stand, nodes.omega, None if chosen.is_real else ETA)
     samples = samples_of(*parts)
-    along = (samples, nodes, blocks.nodes.omega.ravel(), ETA)
+    along = (samples, nodes, blocks.nodes.omega.reshape(1, -1), ETA)
     ratio = (*between_nodes(*along), blocks.nodes, blocks.power, blocks.panel)
     return {
         "arguments": (arguments, (machine, poses, stand, omega[-1])),
