@@ -1,4 +1,4 @@
-"""The program: every module of `cli.commands` is a command."""
+"""The program: every module of `cli.commands` is a command, every one of `cli.commands.measure` a command of `measure`."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from trivet.cli.commands import NAMES
+from trivet.cli.commands.measure import COMMANDS
 from trivet.cli.groups import expanded
 
 app = typer.Typer(
@@ -32,3 +33,8 @@ def version(show: Annotated[bool, typer.Option("--version", help="Print the vers
 
 for _name in NAMES:
     app.command(_name)(expanded(importlib.import_module(f"trivet.cli.commands.{_name}").run))
+
+measure = typer.Typer(help="Measured frequency responses: read them, fit modes, compare them with a machine, correct its numbers.")
+for _name, _module in COMMANDS.items():
+    measure.command(_name)(expanded(importlib.import_module(f"trivet.cli.commands.measure.{_module}").run))
+app.add_typer(measure, name="measure", no_args_is_help=True)
