@@ -1,0 +1,163 @@
+"""Numbers of a machine that measurements are to correct: by key path, with what is known of them beforehand.
+
+Every parameter is handled on a scale of its own, on which it is a plain number theta: its logarithm where it is above zero and
+stays so (a stiffness, a mass, a loss factor), else the number itself (a position, an angle).  On that scale it is known
+beforehand as a normal distribution about the value of the machine file.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from trivet.errors import InputError, nearest
+from trivet.model import Machine, dimensions
+from trivet.model.kinds import kinds
+from trivet.model.paths import find
+from trivet.model.quantity import Quantity
+from trivet.model.writing import document_of
+
+LOSS_FACTOR = "loss_factor"
+"""The loss factor of the analysis, of all that has none of its own, by this name."""
+LOSS = Quantity("loss factor", "", "", at_least_zero=True)
+FACTOR = 3.0
+"""Factor within which a number above zero is taken to be known, as a standard deviation, where nothing is said."""
+
+
+class Free(NamedTuple):
+    """A number that may change."""
+
+    path: str
+    """Key path in the machine file, or an abbreviation of it; or "loss_factor"."""
+    spread: float | None = None
+    """Standard deviation of what is known beforehand: relative (0.2 is a factor of 1.2) for what has no sign, else in SI."""
+    low: float = -math.inf
+    """Bound, SI."""
+    high: float = math.inf
+    """Bound, SI."""
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """p numbers of a machine that may change."""
+
+    paths: tuple[str, ...]
+    leaves: tuple[int | None, ...]
+    """Which leaf of the machine each is; None is the loss factor of the analysis."""
+    kinds: tuple[Quantity, ...]
+    """(p,) their units."""
+    start: np.ndarray
+    """(p,) values in the machine file, SI."""
+    is_log: tuple[bool, ...]
+    """Whether theta is the logarithm."""
+    spread: np.ndarray
+    """(p,) standard deviations beforehand, of theta."""
+    bounds: np.ndarray
+    """(2, p) least and greatest theta."""
+
+    def __len__(self) -> int:
+        return len(self.paths)
+
+    def theta(self, values: Any) -> np.ndarray:
+        """(p,) from values in SI."""
+        return np.array([math.log(v) if log else float(v) for v, log in zip(values, self.is_log, strict=True)])
+
+    def values(self, theta: Any) -> Any:
+        """(p,) in SI; JAX may trace theta."""
+        return jnp.where(np.array(self.is_log), jnp.exp(jnp.where(np.array(self.is_log), theta, 0.0)), theta)
+
+    def scale(self, values: np.ndarray) -> np.ndarray:
+        """(p,) d value / d theta."""
+        return np.where(self.is_log, values, 1.0)
+
+    def applied(self, machine: Machine, loss_factor: Any, theta: Any) -> tuple[Machine, Any]:
+        """The machine and the loss factor of the analysis with these numbers; JAX may trace theta."""
+        own = self.values(theta)
+        leaves, tree = jax.tree.flatten(machine)
+        for k, leaf in enumerate(self.leaves):
+            if leaf is None:
+                loss_factor = own[k]
+            else:
+                leaves[leaf] = own[k]
+        return jax.tree.unflatten(tree, leaves), loss_factor
+
+
+def parameters(machine: Machine, free: Sequence[Free], loss_factor: float) -> Parameters:
+    """What is free, looked up in a machine.
+
+    Raises:
+        InputError: for a path that the machine does not have or that is no number, one given twice, bounds without room, or a
+            number of either sign without a spread.
+    """
+    if not free:
+        raise InputError("nothing is free to change; name a number of the machine file, such as ball.stiffness")
+    known, document = list(dimensions(machine)), document_of(machine)
+    values = [float(v) for v in dimensions(machine).values()]
+    paths: list[str] = []
+    leaves: list[int | None] = []
+    own_kinds: list[Quantity] = []
+    start, logs, spreads, bounds = [], [], [], []
+    every = kinds(machine)
+    for one in free:
+        path = LOSS_FACTOR if one.path == LOSS_FACTOR else full_path(document, known, one.path)
+        if path in paths:
+            raise InputError(f"{one.path}: is named twice as free")
+        leaf = None if path == LOSS_FACTOR else known.index(path)
+        value = loss_factor if leaf is None else values[leaf]
+        kind = LOSS if leaf is None else every[path]
+        is_log, spread, low, high = _known(one, value, kind)
+        own_kinds.append(kind)
+        paths.append(path)
+        leaves.append(leaf)
+        start.append(value)
+        logs.append(is_log)
+        spreads.append(spread)
+        bounds.append((low, high))
+    numbers = np.array(start), tuple(logs), np.array(spreads), np.array(bounds).T
+    return Parameters(tuple(paths), tuple(leaves), tuple(own_kinds), *numbers)
+
+
+def full_path(document: dict[str, Any], known: Sequence[str], path: str) -> str:
+    """The key path of a dimension in full.
+
+    Members of lists without names, such as the three coordinates of a position, are counted from 1: "home.position.3".
+    """
+    head, _, last = path.rpartition(".")
+    keys = find(document, head if last.isdigit() and head else path)
+    parts: list[str] = []
+    here: Any = document
+    for key in keys:
+        member = here[key] if not isinstance(here, dict) or key in here else None
+        name = member.get("name") if isinstance(member, dict) and isinstance(key, int) else None
+        parts.append(name if name is not None else str(key + 1) if isinstance(key, int) else str(key))
+        here = member
+    whole = ".".join([*parts, last] if last.isdigit() and head else parts)
+    if whole not in known:
+        beside = [k for k in known if k.startswith(whole + ".")]
+        hint = f"; name one of {', '.join(beside)}" if beside else nearest(path, known)
+        raise InputError(f"{path}: is no number of this machine that could change{hint}")
+    return whole
+
+
+def _known(one: Free, value: float, kind: Quantity) -> tuple[bool, float, float, float]:
+    """Whether theta is the logarithm, its standard deviation, and its bounds."""
+    has_sign = kind.positive or kind.at_least_zero
+    low, high = max(one.low, 0.0) if has_sign else one.low, one.high
+    if not low <= value <= high or not low < high:
+        raise InputError(f"{one.path}: is {kind.write(value)}, outside of its bounds {low:g} to {high:g} {kind.si}".rstrip())
+    if one.spread is not None and not (one.spread > 0 and math.isfinite(one.spread)):
+        raise InputError(f"{one.path}: spread {one.spread:g}; expected above zero")
+    if not has_sign or value == 0:
+        if one.spread is None:
+            raise InputError(
+                f"{one.path}: is {kind.write(value)}, no factor can change it; say by a spread how well it is known"
+            )
+        return False, one.spread, low, high
+    spread = math.log(FACTOR) if one.spread is None else math.log1p(one.spread)
+    return True, spread, math.log(low) if low > 0 else -math.inf, math.log(high) if math.isfinite(high) else math.inf
