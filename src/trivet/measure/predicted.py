@@ -136,7 +136,7 @@ class Model:
     def _structural(self, machine: Machine, loss_factor: float) -> np.ndarray:
         """(q, n) from the structure between all nodes, solved at every frequency."""
         placed = self.placed
-        structure, sites = _with_sites(machine, placed)
+        structure, sites = with_sites(machine, placed)
         exact = ExactStructure(exact_mesh(structure, float(self.omega.max())))
         seen, loaded = (
             np.concatenate([placed.along(c)[None] @ exact.mesh.rows(sites[c.point].node, sites[c.point].at) for c in channels])
@@ -170,7 +170,7 @@ def with_sensors(machine: Machine, placed: Placed) -> Machine:
     return dataclasses.replace(machine, platform=platform)
 
 
-def _with_sites(machine: Machine, placed: Placed) -> tuple[Structure, dict[str, Place]]:
+def with_sites(machine: Machine, placed: Placed) -> tuple[Structure, dict[str, Place]]:
     """The structure of the machine with a node at every site, and the masses of sensors."""
     frame = placed.stand.frame(machine)
     structure, sites = assemble(machine, frame, placed.signs), {}
