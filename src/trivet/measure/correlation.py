@@ -118,6 +118,9 @@ def pairs(measured: ModeSet, computed: ModeSet) -> list[Pair]:
     alike = mac_of_spaces(measured, computed)
     apart = np.abs(np.log2(computed.frequency[None, :] / measured.frequency[:, None]))
     rows, columns = linear_sum_assignment(1 - np.nan_to_num(alike) + OCTAVE * apart)
+    for run in runs(computed.frequency):  # of modes that coincide the lower go with the lower
+        own = np.isin(columns, run)
+        columns[own] = np.sort(columns[own])
     return [
         Pair(
             int(row),
