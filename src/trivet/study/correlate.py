@@ -1,0 +1,178 @@
+"""Measured responses beside those of a machine: how alike they are, function by function, over frequency, and mode by mode."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from trivet.errors import InputError, nearest
+from trivet.measure import correlation as alike
+from trivet.measure.correlation import ModeSet, Pair
+from trivet.measure.functions import Channel, Functions
+from trivet.measure.model_modes import modes_of
+from trivet.measure.predicted import Model, predicted
+from trivet.measure.setup import Placed, Setup, placed
+from trivet.study.machines import MachineLike, choose
+
+
+class FittedModes(NamedTuple):
+    """Modes as they were fitted to measured responses."""
+
+    channels: tuple[Channel, ...]
+    """(o,) where the shapes are known."""
+    modes: ModeSet
+    """With shapes (o, m) in displacement, m; rad where channels turn."""
+
+
+@dataclass(frozen=True)
+class ModesBeside:
+    """Modes of a measurement and of a machine at the same channels."""
+
+    channels: tuple[Channel, ...]
+    """(o,)"""
+    measured: ModeSet
+    """Channels that turn count with the machine's characteristic length, m."""
+    computed: ModeSet
+    """Likewise."""
+
+    @cached_property
+    def pairs(self) -> list[Pair]:
+        """Which are the same."""
+        return alike.pairs(self.measured, self.computed)
+
+    @cached_property
+    def mac(self) -> np.ndarray:
+        """(m, k) measured against computed, of modes that coincide that of the spaces which they span."""
+        return alike.mac_of_spaces(self.measured, self.computed)
+
+    @cached_property
+    def comac(self) -> np.ndarray:
+        """(o,) over the pairs."""
+        return alike.comac(*alike.matched(self.measured, self.computed, self.pairs))
+
+
+@dataclass(frozen=True)
+class Correlation:
+    """q measured functions beside computed ones at n frequencies; in SI."""
+
+    placed: Placed
+    """The machine as it stood, with the measured points on it."""
+    measured: Functions
+    computed: Functions
+    """At the same channels and frequencies, in the same motions."""
+    loss_factor: float
+    """Of all parts of the machine that have none of their own."""
+    modes: ModesBeside | None
+    """None where no fitted modes were given."""
+
+    @cached_property
+    def frac(self) -> np.ndarray:
+        """(q,) likeness of the shape over frequency, in the motion that was measured."""
+        return alike.frac(self.measured.values, self.computed.values)
+
+    @cached_property
+    def faac(self) -> np.ndarray:
+        """(q,) the same with the size."""
+        return alike.faac(self.measured.values, self.computed.values)
+
+    @cached_property
+    def csac(self) -> np.ndarray:
+        """(n,) likeness of all displacements per load at a frequency; NaN where there is none, as of accelerations at 0 Hz."""
+        return alike.csac(*self._displacements)
+
+    @cached_property
+    def csf(self) -> np.ndarray:
+        """(n,) the same with the size."""
+        return alike.csf(*self._displacements)
+
+    @cached_property
+    def _displacements(self) -> tuple[np.ndarray, np.ndarray]:
+        """Receptances (q, n) of one unit, m/N: angles times the machine's characteristic length, moments over it."""
+        length = float(self.placed.machine.characteristic_length)
+        turns = [(a.is_rotation, b.is_rotation) for a, b in zip(self.measured.responses, self.measured.references, strict=True)]
+        factor = np.array([length ** (int(a) + int(b)) for a, b in turns])[:, None]
+        return factor * self.measured.receptance, factor * self.computed.receptance
+
+    def numbers(self, labels: Sequence[str]) -> list[int]:
+        """Numbers of functions by their labels, as in "12:+z / 3:-x"; blanks do not matter.
+
+        Raises:
+            InputError: for a label that is none of them.
+        """
+        known = {label.replace(" ", ""): k for k, label in enumerate(self.measured.labels)}
+        found = []
+        for label in labels:
+            if label.replace(" ", "") not in known:
+                raise InputError(f"function {label}: was not measured{nearest(label, self.measured.labels)}")
+            found.append(known[label.replace(" ", "")])
+        return found
+
+
+def correlate(
+    machine: MachineLike,
+    setup: Setup,
+    functions: Functions,
+    fit: FittedModes | None = None,
+    *,
+    loss_factor: float = 0.02,
+) -> Correlation:
+    """Compare measured responses, and modes fitted to them, with what a machine would answer.
+
+    Args:
+        machine: its name in the catalogue, its file, or itself.
+        setup: where the measured points lie on it, and how it stood.
+        functions: as measured; cut them to the frequencies that count (`Functions.between`).
+        fit: modes fitted to them.
+        loss_factor: structural damping eta of all that has none of its own.
+
+    Raises:
+        InputError: for a point that the set-up does not place, no frequency above zero, or a fit at other channels.
+        NoResultError: the pose of the set-up is not reached, or the machine moves there without resistance.
+    """
+    if not 0 <= loss_factor < 2:
+        raise InputError(f"loss factor: {loss_factor:g}; expected 0 or more, and below 2")
+    if not len(functions) or not len(functions.frequency) or functions.frequency[-1] <= 0:
+        raise InputError("measured functions: there are none at frequencies above zero; widen the range of frequencies")
+    at = placed(choose(machine), setup, functions)
+    beside = None if fit is None else _modes(at, functions, fit, loss_factor)
+    return Correlation(at, functions, predicted(at, functions, loss_factor), loss_factor, beside)
+
+
+def _modes(at: Placed, functions: Functions, fit: FittedModes, loss_factor: float) -> ModesBeside:
+    """Fitted modes and those of the machine at the channels which fit and functions have in common."""
+    model = Model.of(at, functions)
+    channels = tuple(channel for channel in model.outputs if channel in fit.channels)
+    if not channels:
+        known = ", ".join(str(channel) for channel in model.outputs[:5])
+        raise InputError(f"the fit has none of the channels of the functions ({known}, …); fit these functions")
+    length = float(at.machine.characteristic_length)
+    units = np.array([length if channel.is_rotation else 1.0 for channel in channels])[:, None]
+    found = modes_of(model, at.machine, loss_factor, float(fit.modes.frequency.max()))
+    rows = [fit.channels.index(channel) for channel in channels]
+    own = [model.outputs.index(channel) for channel in channels]
+    order = np.argsort(fit.modes.frequency)
+    measured = ModeSet(fit.modes.frequency[order], fit.modes.damping[order], units * fit.modes.shapes[rows][:, order])
+    return ModesBeside(channels, measured, ModeSet(found.frequency, found.damping, units * found.shapes[own]))
+
+
+class Distances(NamedTuple):
+    """How far points were measured from where they lie on the machine, m."""
+
+    greatest: float
+    """NaN where no point has a position."""
+    point: str
+    """Which one it is."""
+    unknown: int
+    """Points without a position."""
+
+
+def distances(at: Placed) -> Distances:
+    """Over all measured points."""
+    known = {site.point: site.distance for site in at.sites.values() if not math.isnan(site.distance)}
+    farthest = max(known, key=lambda point: known[point], default="")
+    return Distances(known.get(farthest, math.nan), farthest, len(at.sites) - len(known))
