@@ -1,0 +1,45 @@
+"""How noisy measured functions are, from what a fit leaves: the variance of each is a + b |H|^2.
+
+The first part is what sensors and converters add, the second what grows with the response (leakage, amplitude, averaging).  Both
+are found by the multiplicative updates of Fevotte, Bertin, Durrieu, Neural Computation 21 (2009) 793 (Itakura-Saito divergence),
+which is the likelihood of complex normal errors; what a fit takes away from errors, line by line, is put back (restricted
+likelihood).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+ROUNDS = 60
+_FLOOR = 1e-12
+"""Least standard deviation, as a part of the root mean square of a function: rounding of the arithmetic."""
+
+
+class Noise(NamedTuple):
+    """Of every function, in its own unit."""
+
+    added: np.ndarray
+    """(o, i) variance a of the complex error; NaN where nothing was measured."""
+    relative: np.ndarray
+    """(o, i) b, variance per square of the magnitude."""
+
+    def variance(self, size: np.ndarray) -> np.ndarray:
+        """(o, i, n) at magnitudes (o, i, n)."""
+        return self.added[:, :, None] + self.relative[:, :, None] * size**2
+
+
+def estimated(errors: np.ndarray, size: np.ndarray, leverage: np.ndarray, start: Noise | None = None) -> Noise:
+    """Both parts from errors and magnitudes (o, i, n); leverage (o, i, n) is the part of every error that the fit took."""
+    power, square, free = np.abs(errors) ** 2, size**2, 1 - np.clip(leverage, 0, 0.95)
+    mean = square.mean(axis=-1)
+    level = power.sum(axis=-1) / free.sum(axis=-1)
+    floor = _FLOOR**2 * mean
+    added, relative = (0.5 * level, 0.5 * level / np.where(mean > 0, mean, 1)) if start is None else start
+    for _ in range(ROUNDS):
+        inverse = 1 / (np.maximum(added, floor)[..., None] + relative[..., None] * square)
+        surprise, expected = power * inverse**2, free * inverse
+        added = added * surprise.sum(-1) / expected.sum(-1)
+        relative = relative * (surprise * square).sum(-1) / np.maximum((expected * square).sum(-1), np.finfo(float).tiny)
+    return Noise(np.maximum(added, floor), relative)

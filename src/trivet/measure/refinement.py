@@ -1,0 +1,149 @@
+"""From the poles of a stabilisation diagram to modes of greatest likelihood: noise and modes in turn, and how many modes there are.
+
+Whether a mode is there at all is decided by what it explains, against the logarithm of the number of measured values per
+unknown that it brings (Schwarz, Annals of Statistics 6 (1978) 461).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from trivet.measure.coincidence import joined
+from trivet.measure.maximum_likelihood import Information, Refined, directions, information, leverage, projected, refine
+from trivet.measure.noise import Noise, estimated
+from trivet.measure.residues import Band, Modes, synthesised
+
+ROUNDS = 12
+SETTLED = 0.01
+"""Relative change of the weighted squares between rounds below which noise and modes agree."""
+FIRST = 0.03
+"""Noise that is taken to begin with: this part of the magnitude, and this part of the root mean square."""
+MOST_ADDED = 12
+RATIOS = (0.002, 0.01, 0.04)
+"""Damping ratios of the modes that are looked for in what is left."""
+
+
+class Settled(NamedTuple):
+    """Modes and noise that agree."""
+
+    at: Refined
+    noise: Noise
+    leverage: np.ndarray
+    """(o, i, n)"""
+
+
+def settled(band: Band, modes: Modes, noise: Noise | None = None) -> Settled:
+    """Noise from what is left, weights from the noise, modes from the weights, until nothing changes.
+
+    Weights are those of the synthesised magnitudes: measured ones would weigh lines the more the lower noise has made them.
+    """
+    size = np.abs(band.values) * band.motion_size
+    weight = _weight(band, size, _first(size) if noise is None else noise)
+    at = projected(band, modes, weight) if noise is None else refine(band, modes, weight)
+    for _ in range(ROUNDS):
+        size = np.abs(synthesised(band.omega, at.modes, at.shapes)) * band.motion_size
+        along = directions(at.modes, at.shapes)
+        taken = leverage(band, at, information(band, at, along), along)
+        noise = estimated(at.rest * band.motion_size, size, taken, noise)
+        before = at.weight
+        at = refine(band, at.modes, _weight(band, size, noise))
+        change = np.abs(np.log(at.weight[band.known] / before[band.known]))
+        if np.median(change) < SETTLED:
+            break
+    return Settled(at, noise, taken)
+
+
+def _first(size: np.ndarray) -> Noise:
+    return Noise(FIRST**2 * np.mean(size**2, axis=-1), np.full(size.shape[:2], FIRST**2))
+
+
+def _weight(band: Band, size: np.ndarray, noise: Noise) -> np.ndarray:
+    """(o, i, n) 1 / variance of the receptances."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        weight = band.motion_size**2 / noise.variance(size)
+    return np.where(band.known[:, :, None], weight, 0.0)
+
+
+def penalty(band: Band) -> float:
+    """What a mode must take off twice the weighted squares."""
+    outputs, references = band.known.shape
+    return 2 * (outputs + references) * math.log(2 * band.known.sum() * len(band.omega))
+
+
+def gains(at: Refined, found: Information) -> np.ndarray:
+    """(R,) twice what the weighted squares would grow by without the shape of each mode."""
+    count = len(at.modes)
+    total = np.zeros(count)
+    for block, shape in zip(found.own, at.shapes.shapes, strict=True):
+        size = np.sqrt(np.diag(block))
+        scale = 1 / np.where(size > 0, size, 1)
+        inverse = np.linalg.inv(block * scale[:, None] * scale + 1e-13 * np.eye(len(scale)))
+        for r in range(count):
+            own = [r, count + r]
+            part = np.array([shape[r].real, shape[r].imag]) / scale[own]
+            total[r] += 2 * part @ np.linalg.solve(inverse[np.ix_(own, own)], part)
+    return total
+
+
+def significant(band: Band, found: Settled) -> Settled:
+    """Without modes that explain too little, or whose poles are not stable: the least first, one by one."""
+    while len(found.at.modes) > 1:
+        at = found.at
+        worth = gains(at, information(band, at, directions(at.modes, at.shapes)))
+        worth[at.modes.poles.real >= 0] = 0
+        least = int(np.argmin(worth))
+        if worth[least] >= penalty(band):
+            return found
+        found = settled(band, at.modes.only(np.delete(np.arange(len(worth)), least)), found.noise)
+    return found
+
+
+def completed(band: Band, found: Settled) -> Settled:
+    """With modes that stand out of what is left, such as the second of a close pair."""
+    for _ in range(MOST_ADDED):
+        more = _missing(band, found.at)
+        tried = refine(band, more, found.at.weight)
+        fresh = 2 * (found.at.cost - tried.cost)
+        if fresh < penalty(band) or not _is_plausible(band, tried.modes):
+            return found
+        found = settled(band, tried.modes, found.noise)
+    return found
+
+
+def _is_plausible(band: Band, modes: Modes) -> bool:
+    size = np.abs(modes.poles)
+    inside = (size >= band.omega[0]) & (size <= band.omega[-1])
+    return bool(np.all((modes.poles.real < 0) & ((-modes.poles.real < 0.2 * size) | ~inside)))
+
+
+def _missing(band: Band, at: Refined) -> Modes:
+    """The modes with the one more that best explains what is left, were it alone."""
+    best: tuple[float, complex, np.ndarray] = (-1.0, 0j, np.zeros(0))
+    for ratio in RATIOS:
+        poles = band.omega * complex(-ratio, math.sqrt(1 - ratio**2))
+        shape = 1 / (1j * band.omega[:, None] - poles)
+        pull = (at.weight * at.rest) @ shape.conj()
+        held = at.weight @ np.abs(shape) ** 2
+        gain = np.where(held > 0, np.abs(pull) ** 2 / np.where(held > 0, held, 1), 0).sum(axis=(0, 1))
+        k = int(np.argmax(gain))
+        if gain[k] > best[0]:
+            residue = pull[:, :, k] / np.where(held[:, :, k] > 0, held[:, :, k], 1)
+            best = float(gain[k]), complex(poles[k]), np.linalg.svd(residue)[2][0]
+    modes = at.modes
+    return Modes.of(
+        np.append(modes.poles, best[1]),
+        np.column_stack([modes.participation, best[2]]),
+        np.append(modes.group, modes.group.max() + 1),
+    )
+
+
+def most_likely(band: Band, modes: Modes, is_automatic: bool) -> Settled:
+    """Modes and noise from a start; where it is automatic, modes that are not there go and modes that are missing come."""
+    found = settled(band, modes)
+    if is_automatic:
+        found = completed(band, significant(band, found))
+        found = significant(band, found)
+    return settled(band, joined(band, found.at).modes, found.noise)
