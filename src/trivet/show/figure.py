@@ -12,11 +12,13 @@ from trivet.show.assembly import draw_assembly
 from trivet.show.atlas import draw_atlas
 from trivet.show.comparison import draw_comparison
 from trivet.show.cone import draw_cone
+from trivet.show.correlation import draw_correlation
 from trivet.show.drawing import draw
 from trivet.show.dynamic_comparison import draw_dynamics, draw_whole
 from trivet.show.histories import draw_motion, draw_simulation
 from trivet.show.lobes import draw_lobes
 from trivet.show.maps import draw_map
+from trivet.show.measured_points import draw_points
 from trivet.show.mode_paths import draw_mode_paths
 from trivet.show.mode_shapes import draw_modes
 from trivet.show.plan import draw_plans
@@ -28,6 +30,7 @@ from trivet.show.workspace import draw_orientations, draw_workspaces
 from trivet.study.atlas import Atlas
 from trivet.study.comparison import Comparison
 from trivet.study.cone import ConePlan
+from trivet.study.correlate import Correlation, MappedPoints, ShownCorrelation
 from trivet.study.dynamic_comparison import DynamicComparison
 from trivet.study.frf import FrequencyResponse
 from trivet.study.lobes import Lobes, LobesAlong
@@ -129,6 +132,21 @@ def _(result: FrequencyResponse, path: str | os.PathLike[str], *, overwrite: boo
 @figure.register
 def _(result: ShownResponse, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     draw_response(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: Correlation, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_correlation(ShownCorrelation(result), path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: ShownCorrelation, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_correlation(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: MappedPoints, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_points(result, path, overwrite=overwrite)
 
 
 @figure.register

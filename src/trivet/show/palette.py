@@ -22,18 +22,26 @@ COLOURS: dict[Role, str] = {
     "tool": "#404040",
     "workpiece": PURPLE,
     "motion": YELLOW,
+    "machine": "#B4BCC6",
+    "measured point": VERMILLION,
+    "point on the machine": BLACK,
+    "response": BLUE,
+    "load": ORANGE,
     "x axis": BLACK,
     "y axis": BLACK,
     "z axis": BLACK,
 }
 
-LEGEND: tuple[Role, ...] = ("actuated joint", "passive joint", "link", "guide", "platform", "tool", "workpiece", "motion")
+LEGEND: tuple[Role, ...] = (
+    "actuated joint", "passive joint", "link", "guide", "platform", "tool", "workpiece", "motion",
+    "machine", "measured point", "point on the machine", "response", "load",
+)  # fmt: skip
 """What a legend lists, in this order."""
 
 MARKED = VERMILLION
 """Colour of joints which a status names."""
 
-SEE_THROUGH: dict[Role, float] = {"platform": 0.6, "ground": 0.5}
+SEE_THROUGH: dict[Role, float] = {"platform": 0.6, "ground": 0.5, "machine": 0.5}
 """Opacity of what would hide the rest."""
 
 

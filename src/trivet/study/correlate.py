@@ -98,6 +98,11 @@ class Correlation:
         factor = np.array([length ** (int(a) + int(b)) for a, b in turns])[:, None]
         return factor * self.measured.receptance, factor * self.computed.receptance
 
+    def greatest(self, count: int) -> list[int]:
+        """Numbers of the functions with the greatest measured displacements per load, in their order."""
+        sizes = np.nansum(np.abs(self._displacements[0]) ** 2, axis=1)
+        return sorted(np.argsort(-sizes, kind="stable")[:count].tolist())
+
     def numbers(self, labels: Sequence[str]) -> list[int]:
         """Numbers of functions by their labels, as in "12:+z / 3:-x"; blanks do not matter.
 
@@ -111,6 +116,22 @@ class Correlation:
                 raise InputError(f"function {label}: was not measured{nearest(label, self.measured.labels)}")
             found.append(known[label.replace(" ", "")])
         return found
+
+
+class ShownCorrelation(NamedTuple):
+    """A correlation and what is to be drawn of it."""
+
+    whole: Correlation
+    functions: tuple[int, ...] | None = None
+    """Their numbers; those that respond most when not given."""
+
+
+class MappedPoints(NamedTuple):
+    """Measured points on their machine, to be drawn."""
+
+    placed: Placed
+    functions: Functions
+    """Along which they were measured."""
 
 
 def correlate(

@@ -15,10 +15,12 @@ from trivet.study.atlas_datasets import atlas_dataset
 from trivet.study.chatter_datasets import lobes_along_dataset, lobes_dataset
 from trivet.study.comparison import Comparison
 from trivet.study.cone import ConePlan
+from trivet.study.correlate import Correlation, ShownCorrelation
 from trivet.study.dynamic_comparison import DynamicComparison
 from trivet.study.dynamics_datasets import motion_dataset, simulation_dataset
 from trivet.study.frf import FrequencyResponse
 from trivet.study.lobes import Lobes, LobesAlong
+from trivet.study.measure_datasets import correlation_dataset
 from trivet.study.mode_paths import ModePaths
 from trivet.study.modes import ModesReport
 from trivet.study.motion import MotionReport
@@ -174,6 +176,16 @@ def _(result: SolidCheck, path: str | os.PathLike[str], *, overwrite: bool = Fal
 @save.register
 def _(result: ShownResponse, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     write_netcdf(response_dataset(result.whole), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: Correlation, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_netcdf(correlation_dataset(result), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: ShownCorrelation, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_netcdf(correlation_dataset(result.whole), path, overwrite=overwrite)
 
 
 @save.register

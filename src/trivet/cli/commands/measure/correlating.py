@@ -1,0 +1,65 @@
+"""trivet measure correlate."""
+
+from __future__ import annotations
+
+import os
+from typing import Annotated
+
+import typer
+
+from trivet.cli import options as o
+from trivet.cli import output
+from trivet.cli.groups import Choice, DataOutput, Model
+
+
+def run(
+    *,
+    measured: Annotated[str, typer.Argument(help="Measured responses: a .nc or .csv file.", metavar="MEASURED")],
+    choice: Choice,
+    points: Annotated[
+        str, typer.Option("--points", help="Where the measured points lie on the machine: a set-up file.", metavar="FILE.toml")
+    ],
+    lowest: Annotated[
+        str | None,
+        typer.Option("--from", help="Lowest frequency that counts; all that were measured by default.", metavar="FREQUENCY"),
+    ] = None,
+    highest: Annotated[str | None, typer.Option("--to", help="Highest frequency that counts.", metavar="FREQUENCY")] = None,
+    loss_factor: Annotated[
+        float, typer.Option("--loss-factor", help="Of all parts that have none of their own; twice the damping ratio.")
+    ] = 0.02,
+    entry: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--entry", help="Function in the figure, as in '12:+z / 3:-x'; those that respond most by default. May be repeated."
+        ),
+    ] = None,
+    where: Annotated[
+        list[str] | None,
+        typer.Option("--map", help="Draw the measured points on the machine: .png or .html. May be repeated.", metavar="FILE"),
+    ] = None,
+    model: Model,
+    out: DataOutput,
+) -> None:
+    """How alike measured responses and those of a machine are: FRAC and FAAC, CSAC and CSF, modes by MAC."""
+    from trivet.cli.views import correlation as view
+    from trivet.errors import InputError
+    from trivet.measure.files import read_functions
+    from trivet.measure.setup import read_setup
+    from trivet.study.correlate import MappedPoints, ShownCorrelation, correlate
+
+    low, high = (o.quantity(name, text, "frequency", "Hz") for name, text in (("--from", lowest), ("--to", highest)))
+    if entry and not out.figure:
+        raise InputError("--entry: chooses what is drawn; give --figure as well")
+    out.check()
+    output.check_files(where or [], None, out.overwrite)
+    taken = {os.path.realpath(path) for path in [*(out.figure or []), *([out.data] if out.data else [])]}
+    for path in where or []:
+        if os.path.realpath(path) in taken:
+            raise InputError(f"{path}: given twice")
+    chosen, setup = choice.load(model), read_setup(points)
+    with output.busy("reading and comparing", out.as_json):
+        functions = read_functions(measured).between(0.0 if low is None else low, float("inf") if high is None else high)
+        found = correlate(chosen, setup, functions, loss_factor=loss_factor)
+    shown = ShownCorrelation(found, tuple(found.numbers(entry)) if entry else None)
+    output.draw(MappedPoints(found.placed, functions), where or [], out.overwrite)
+    out.give(shown, view)
