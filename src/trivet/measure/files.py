@@ -1,4 +1,4 @@
-"""Files of measured responses, by their suffix: NetCDF, and tables of comma-separated values."""
+"""Files of measured responses, by their suffix: NetCDF, tables of comma-separated values, universal files."""
 
 from __future__ import annotations
 
@@ -8,19 +8,22 @@ from pathlib import Path
 from trivet.errors import InputError
 from trivet.measure.checking import check_functions, check_size
 from trivet.measure.functions import Functions
+from trivet.measure.universal import SUFFIXES, read_universal
 
-READ = (".nc", ".csv")
+READ = (".nc", ".csv", *SUFFIXES)
 WRITTEN = (".nc", ".csv")
 
 
 def read_functions(path: str | os.PathLike[str]) -> Functions:
-    """Read a file of measured responses: .nc (see `measure.labelled`) or .csv (see `measure.table`).
+    """Read a file of measured responses: .nc (see `measure.labelled`), .csv (see `measure.table`), or a universal file.
 
     Raises:
         InputError: for another suffix, a file that cannot be read or is too large, or one that holds no measured responses;
             with the place in the file and what was expected.
     """
     suffix = _suffix(path, READ)
+    if suffix in SUFFIXES:
+        return read_universal(path).functions
     check_size(path)
     if suffix == ".nc":
         from trivet.measure.labelled import read_labelled as read

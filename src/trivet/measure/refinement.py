@@ -22,6 +22,8 @@ SETTLED = 0.01
 FIRST = 0.03
 """Noise that is taken to begin with: this part of the magnitude, and this part of the root mean square."""
 MOST_ADDED = 12
+HEAVY = 0.2
+"""Damping ratio from which what lies in the band is no mode."""
 RATIOS = (0.002, 0.01, 0.04)
 """Damping ratios of the modes that are looked for in what is left."""
 
@@ -102,36 +104,43 @@ def significant(band: Band, found: Settled) -> Settled:
 
 
 def completed(band: Band, found: Settled) -> Settled:
-    """With modes that stand out of what is left, such as the second of a close pair."""
+    """With modes that stand out of what is left: the second of a close pair, or such outside the band that reach into it."""
     for _ in range(MOST_ADDED):
-        more = _missing(band, found.at)
-        tried = refine(band, more, found.at.weight)
-        fresh = 2 * (found.at.cost - tried.cost)
-        if fresh < penalty(band) or not _is_plausible(band, tried.modes):
+        tries = [refine(band, more, found.at.weight) for more in _missing(band, found.at)]
+        plausible = [one for one in tries if _is_plausible(band, one.modes)]
+        best = min(plausible, key=lambda one: one.cost, default=found.at)
+        if 2 * (found.at.cost - best.cost) < penalty(band):
             return found
-        found = settled(band, tried.modes, found.noise)
+        found = settled(band, best.modes, found.noise)
     return found
 
 
 def _is_plausible(band: Band, modes: Modes) -> bool:
     size = np.abs(modes.poles)
     inside = (size >= band.omega[0]) & (size <= band.omega[-1])
-    return bool(np.all((modes.poles.real < 0) & ((-modes.poles.real < 0.2 * size) | ~inside)))
+    return bool(np.all((modes.poles.real < 0) & ((-modes.poles.real < HEAVY * size) | ~inside)))
 
 
-def _missing(band: Band, at: Refined) -> Modes:
-    """The modes with the one more that best explains what is left, were it alone."""
+def _missing(band: Band, at: Refined) -> list[Modes]:
+    """The modes with one more, which explains most of what is left: in the band, below it, above it."""
+    low, high = band.omega[0], band.omega[-1]
+    beyond = np.geomspace(1.01, 4, 40)
+    return [_with_best(band, at, places) for places in (band.omega, low / beyond, high * beyond)]
+
+
+def _with_best(band: Band, at: Refined, places: np.ndarray) -> Modes:
+    """The modes with the best of those at some natural frequencies, as far as it can be told without moving the others."""
     best: tuple[float, complex, np.ndarray] = (-1.0, 0j, np.zeros(0))
     for ratio in RATIOS:
-        poles = band.omega * complex(-ratio, math.sqrt(1 - ratio**2))
+        poles = places * complex(-ratio, math.sqrt(1 - ratio**2))
         shape = 1 / (1j * band.omega[:, None] - poles)
         pull = (at.weight * at.rest) @ shape.conj()
         held = at.weight @ np.abs(shape) ** 2
-        gain = np.where(held > 0, np.abs(pull) ** 2 / np.where(held > 0, held, 1), 0).sum(axis=(0, 1))
+        residue = pull / np.where(held > 0, held, 1)
+        gain = (np.abs(residue) ** 2 * held).sum(axis=(0, 1))
         k = int(np.argmax(gain))
         if gain[k] > best[0]:
-            residue = pull[:, :, k] / np.where(held[:, :, k] > 0, held[:, :, k], 1)
-            best = float(gain[k]), complex(poles[k]), np.linalg.svd(residue)[2][0]
+            best = float(gain[k]), complex(poles[k]), np.linalg.svd(residue[:, :, k])[2][0]
     modes = at.modes
     return Modes.of(
         np.append(modes.poles, best[1]),

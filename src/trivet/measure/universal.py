@@ -121,7 +121,7 @@ def _add(block: Block, place: Geometry, scale: Scale | None, given: Declared, fo
         raise block.error("a coherence has no imaginary part", 8)
     values = np.real(fields["data"])
     frequency = _frequency(block, fields)
-    wrong = np.flatnonzero((values < -1e-3) | (values > 1 + 1e-3))
+    wrong = np.flatnonzero((values < 0) | (values > 1 + 1e-6))
     if len(wrong):
         k = int(wrong[0])
         raise block.error(f"coherence {values[k]:.6g} at frequency line {k + 1}; expected 0 to 1", _record(block, fields, k))

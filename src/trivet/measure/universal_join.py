@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from trivet.errors import InputError
+from trivet.measure.checking import check_functions
 from trivet.measure.functions import Channel, Functions
 from trivet.measure.universal_axis import first_difference
 from trivet.measure.universal_modes import MeasuredMode
@@ -37,8 +38,8 @@ class Imported:
     units: tuple[str, ...] = ()
     """(q,) of each function as its file has it: "g per N"."""
     modes: tuple[MeasuredMode, ...] = ()
-    notes: tuple[str, ...] = ()
-    """What the user should know."""
+    remarks: tuple[str, ...] = ()
+    """What the user should know of the files."""
     unused: tuple[Unused, ...] = ()
     least_coherence: float | None = None
     """Below which a line is in doubt."""
@@ -51,6 +52,17 @@ class Imported:
         with np.errstate(invalid="ignore"):
             found: np.ndarray = self.functions.coherence < self.least_coherence
         return found
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the user should know: remarks, and where coherence is low."""
+        counts = self.doubtful.sum(axis=1)
+        if not counts.any():
+            return self.remarks
+        worst = sorted(np.flatnonzero(counts).tolist(), key=lambda k: -counts[k])
+        listed = few([f"{self.functions.labels[k]} ({counts[k]})" for k in worst], "function", "functions")
+        lines = f"coherence is below {self.least_coherence:g} at {counts.sum()} lines of {listed}; these lines are in doubt"
+        return (*self.remarks, lines)
 
 
 class Measured(NamedTuple):
@@ -104,7 +116,7 @@ def joined(found: Found, least: float | None) -> Imported:
     used = dict.fromkeys(end.point for one in found.functions for end in (one.response, one.reference))
     nowhere = [point for point in used if point not in found.points]
     if nowhere:
-        notes.append(f"no position is given of {_few(nowhere, 'point', 'points')}")
+        notes.append(f"no position is given of {few(nowhere, 'point', 'points')}")
     functions = Functions(
         first.frequency,
         np.array([one.values for one in found.functions]),
@@ -115,12 +127,12 @@ def joined(found: Found, least: float | None) -> Imported:
         coherence,
         "; ".join(found.sources),
     )
+    check_functions(functions, ", ".join(dict.fromkeys(one.block.path for one in found.functions)))
     units = tuple(one.unit.words for one in found.functions)
-    whole = Imported(functions, units, tuple(found.modes), unused=tuple(found.unused), least_coherence=least)
-    return replace(whole, notes=(*notes, *_in_doubt(whole)))
+    return Imported(functions, units, tuple(found.modes), tuple(notes), tuple(found.unused), least)
 
 
-def _few(names: list[str], one: str, many: str) -> str:
+def few(names: list[str], one: str, many: str) -> str:
     """The first of some names, and how many there are."""
     listed = ", ".join(names[:6]) + (", …" if len(names) > 6 else "")
     return f"{one} {listed}" if len(names) == 1 else f"{len(names)} {many}: {listed}"
@@ -157,16 +169,5 @@ def _coherence(found: Found, notes: list[str]) -> np.ndarray | None:
         f"{one.response} / {one.reference}" for one, row in zip(found.functions, rows, strict=True) if np.isnan(row).all()
     ]
     if without:
-        notes.append(f"no coherence is given of {_few(without, 'function', 'functions')}")
+        notes.append(f"no coherence is given of {few(without, 'function', 'functions')}")
     return rows
-
-
-def _in_doubt(whole: Imported) -> list[str]:
-    """What is said of lines of low coherence."""
-    counts = whole.doubtful.sum(axis=1)
-    if not counts.any():
-        return []
-    worst = sorted(range(len(counts)), key=lambda k: -counts[k])
-    labels = [f"{whole.functions.labels[k]} ({counts[k]})" for k in worst if counts[k]]
-    listed = _few(labels, "function", "functions")
-    return [f"coherence is below {whole.least_coherence:g} at {counts.sum()} lines of {listed}; these lines are in doubt"]
