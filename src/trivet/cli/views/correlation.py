@@ -37,13 +37,17 @@ def tables(shown: ShownCorrelation) -> Iterator[Any]:
 def _setting(result: Correlation) -> str:
     at, frequency = result.placed, result.measured.frequency
     far = distances(at)
-    stand = where(at.machine.name, mode_text(at.machine, at.signs), at.centre.tolist(), zyz_angles(at.frame))
+    stand = where(at.machine.name, mode_text(at.machine, at.signs), at.centre.tolist(), _angles(at))
     source = f"{result.measured.source}: " if result.measured.source else ""
     lines = [stand, f"{source}{len(result.measured)} functions at {len(frequency)} frequencies, {_range(frequency)}"]
     if far.greatest > NEAR:
         lines.append(f"point {far.point} was measured farthest from where it lies on the machine: {far.greatest * 1e3:.3g} mm")
     lines.append(f"computed with loss factor {result.loss_factor:g}")
     return "\n".join(lines)
+
+
+def _angles(at: Placed) -> list[float]:
+    return [float(angle) for angle in zyz_angles(at.frame)]
 
 
 def _range(frequency: np.ndarray) -> str:
@@ -125,7 +129,7 @@ def as_json(shown: ShownCorrelation) -> dict[str, Any]:
     return {
         "machine": at.machine.name,
         "mode": mode_text(at.machine, at.signs),
-        **pose_keys(at.centre.tolist(), zyz_angles(at.frame)),
+        **pose_keys(at.centre.tolist(), _angles(at)),
         "source": result.measured.source,
         "loss_factor": result.loss_factor,
         "points": [_point(site) for site in at.sites.values()],
