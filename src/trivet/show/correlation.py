@@ -166,9 +166,10 @@ def _page(result: Correlation, panels: list[Panel], path: Path) -> None:
 
     count = 2 * len(panels) + 1 + (result.modes is not None)
     tall = [3.0, 1.0] * len(panels) + [2.0] + ([3.0] if result.modes is not None else [])
-    names = [text for one in panels for text in (html.escape(one.title), "")] + ["all functions together"]
-    names += ["MAC; pairs framed"] if result.modes is not None else []
+    names = [text for one in panels for text in (html.escape(one.title), "")] + ["all functions together over frequency, Hz"]
+    names += ["MAC of measured and computed modes; pairs framed"] if result.modes is not None else []
     page = make_subplots(rows=count, cols=1, row_heights=tall, vertical_spacing=0.25 / count, subplot_titles=names)
+    page.update_annotations(x=0, xanchor="left", font={"size": 14})
     frequency = result.measured.frequency.round(9)
     for k, one in enumerate(panels):
         for row, unit, curves in ((2 * k + 1, one.axis.split(", ")[1], one.magnitude), (2 * k + 2, "°", one.phase)):
@@ -208,7 +209,7 @@ def _signatures(result: Correlation, page: Any, row: int) -> None:
             hovertemplate=f"{name} %{{y:.4f}} at %{{x:.2f}} Hz<extra></extra>", row=row, col=1,
         )  # fmt: skip
     page.update_yaxes(range=[0, 1.02], row=row, col=1)
-    page.update_xaxes(title_text="frequency, Hz", matches="x", row=row, col=1)
+    page.update_xaxes(matches="x", row=row, col=1)
 
 
 def _mac(modes: ModesBeside, page: Any, row: int) -> None:
