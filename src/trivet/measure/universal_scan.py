@@ -61,7 +61,12 @@ class Block:
         except UnicodeDecodeError:
             text = self.text.decode("latin-1")
         records = text.split("\n")[: HEAD if self.body is not None else None]
-        return ["".join(c if c.isprintable() else " " for c in record).rstrip() for record in records]
+        return [_plain(record.rstrip()) for record in records]
+
+
+def _plain(record: str) -> str:
+    """A record with blanks in place of control characters, at which some split lines."""
+    return record if record.isprintable() else "".join(c if c.isprintable() else " " for c in record)
 
 
 class Form(NamedTuple):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -20,8 +21,8 @@ from trivet.measure.universal_units import LOADS, MOTION_OF, SI
 Dataset = dict[str, Any]
 
 _TYPES = {motion: kind for kind, motion in MOTION_OF.items()}
-_BYTES = (38, 12)
-"""Where the first line of a function in bytes says how many they are: offset in its dataset, characters."""
+_SIZE = slice(38, 50)
+"""Where a function in bytes says how many they are."""
 
 
 def write_universal(
@@ -48,29 +49,29 @@ def write_universal(
     Raises:
         InputError: for what the format cannot hold, a file that exists unasked or cannot be written.
     """
-    import pyuff
-
     name = os.fspath(path)
     _check(functions, name, binary)
     datasets = [_header(functions), _UNITS, *_points(functions, name), *_functions(functions, name, binary)]
     datasets += [_mode(mode, k, name) for k, mode in enumerate(modes, 1)]
-    with replacing(path, overwrite=overwrite) as temporary:
-        writer = pyuff.UFF(str(temporary))
-        for dataset in datasets:
-            _append(writer, temporary, dataset)
+    # A file for each dataset: pyuff looks through the whole file before it adds to it.
+    with replacing(path, overwrite=overwrite) as temporary, TemporaryDirectory() as folder, temporary.open("wb") as file:
+        for k, dataset in enumerate(datasets):
+            file.write(_bytes(dataset, Path(folder) / str(k)))
 
 
-def _append(writer: Any, path: Path, dataset: Dataset) -> None:
-    before = path.stat().st_size
-    writer.write_sets(dataset, "add")
+def _bytes(dataset: Dataset, path: Path) -> bytes:
+    """A dataset as pyuff writes it into a file of its own."""
+    import pyuff
+
+    pyuff.UFF(str(path)).write_sets(dataset, "add")
+    text = path.read_bytes()
+    path.unlink()
     if not dataset.get("binary"):
-        return
+        return text
     # pyuff says eight bytes a point, whatever a point has.
     each = (2 if np.iscomplexobj(dataset["data"]) else 1) + (0 if dataset["abscissa_spacing"] else 1)
-    offset, width = _BYTES
-    with path.open("r+b") as file:
-        file.seek(before + offset)
-        file.write(f"{8 * each * len(dataset['data']):{width}d}".encode())
+    size = f"{8 * each * len(dataset['data']):{_SIZE.stop - _SIZE.start}d}".encode()
+    return text[: _SIZE.start] + size + text[_SIZE.stop :]
 
 
 def _check(functions: Functions, name: str, binary: bool) -> None:

@@ -7,6 +7,7 @@ from functools import singledispatch
 from typing import Any
 
 from trivet.kinematics.forward import Forward
+from trivet.measure.universal_join import Imported
 from trivet.model import Machine
 from trivet.show.assembly import draw_assembly
 from trivet.show.atlas import draw_atlas
@@ -18,6 +19,7 @@ from trivet.show.dynamic_comparison import draw_dynamics, draw_whole
 from trivet.show.histories import draw_motion, draw_simulation
 from trivet.show.lobes import draw_lobes
 from trivet.show.maps import draw_map
+from trivet.show.measured import draw_measured
 from trivet.show.measured_points import draw_points
 from trivet.show.mode_paths import draw_mode_paths
 from trivet.show.mode_shapes import draw_modes
@@ -152,6 +154,11 @@ def _(result: MappedPoints, path: str | os.PathLike[str], *, overwrite: bool = F
 @figure.register
 def _(result: Lobes | LobesAlong, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     draw_lobes(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: Imported, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_measured(result, path, overwrite=overwrite)
 
 
 @figure.register

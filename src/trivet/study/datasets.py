@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trivet.kinematics.report import OK, STATUS_WORDS, joint_names
+from trivet.measure.files import save_functions
+from trivet.measure.universal_join import Imported
 from trivet.results.netcdf import COMPONENTS, labelled, write_groups, write_netcdf
 from trivet.study.atlas import Atlas
 from trivet.study.atlas_datasets import atlas_dataset
@@ -166,6 +168,11 @@ def _(result: Lobes, path: str | os.PathLike[str], *, overwrite: bool = False) -
 @save.register
 def _(result: LobesAlong, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     write_netcdf(lobes_along_dataset(result), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: Imported, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    save_functions(result.functions, path, overwrite=overwrite)
 
 
 @save.register
