@@ -2,9 +2,9 @@
 
 Where two poles coincide their shapes are any two of a plane, and so are their participation vectors: each alone has no meaning,
 and the two poles that a free fit finds are the eigenvalues of a random matrix about the true one, which repel each other.  Such
-a pair is fitted as one pole with a plane of shapes.  Whether it may be is asked by a score test (Rao, Proc. Cambridge Phil. Soc.
-44 (1948) 50): of the directions in which the poles of the plane would come apart, D in psi (s - lambda - D)^-1 l^T without its
-trace, none may pull more than noise does.
+a pair is fitted as one pole with a plane of shapes.  Whether it may be is asked by a score test (Rao, Proc. Cambridge Phil.
+Soc. 44 (1948) 50): of the directions in which the poles of the plane would come apart, D in psi (s - lambda - D)^-1 l^T
+without its trace, none may pull more than noise does.
 """
 
 from __future__ import annotations

@@ -142,15 +142,16 @@ def _shared_map(along: Directions, output: int) -> np.ndarray:
     return np.concatenate([residue, pole, np.zeros((len(residue), TAIL, residue.shape[-1]))], axis=1)
 
 
-def refine(band: Band, modes: Modes, weight: np.ndarray) -> Refined:
+def refine(band: Band, modes: Modes, weight: np.ndarray, steps: int = STEPS) -> Refined:
     """Least weighted squares from a start.
 
     Args:
         weight: (o, i, n) 1 / variance of the complex error of the receptances.
+        steps: at most.
     """
     at = projected(band, modes, weight)
     damping, cost = 0.0, at.cost
-    for _ in range(STEPS):
+    for _ in range(steps):
         found = information(band, at, directions(at.modes, at.shapes))
         while True:
             damped = found.matrix + damping * np.diag(np.diag(found.matrix))
@@ -203,7 +204,7 @@ def leverage(band: Band, at: Refined, found: Information, along: Directions) -> 
     basis = real_basis(band.omega, at.modes.poles, slopes=True)
     own = _spread(own_map(at.modes.participation), len(at.modes))
     shared = 2 * covariance(found)
-    made = np.zeros(at.weight.shape)
+    made = np.zeros_like(at.weight)
     lines = len(band.omega)
     for o in range(len(made)):
         alone = solved(found.own[o], np.eye(found.own.shape[-1]))

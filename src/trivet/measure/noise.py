@@ -1,9 +1,9 @@
 """How noisy measured functions are, from what a fit leaves: the variance of each is a + b |H|^2.
 
-The first part is what sensors and converters add, the second what grows with the response (leakage, amplitude, averaging).  Both
-are found by the multiplicative updates of Fevotte, Bertin, Durrieu, Neural Computation 21 (2009) 793 (Itakura-Saito divergence),
-which is the likelihood of complex normal errors; what a fit takes away from errors, line by line, is put back (restricted
-likelihood).
+The first part is what sensors and converters add, the second what grows with the response (leakage, amplitude, averaging).
+Both are found by the multiplicative updates of Fevotte, Bertin, Durrieu, Neural Computation 21 (2009) 793 (Itakura-Saito
+divergence), which is the likelihood of complex normal errors; what a fit takes away from errors, line by line, is put back
+(restricted likelihood).
 """
 
 from __future__ import annotations

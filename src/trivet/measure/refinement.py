@@ -1,4 +1,4 @@
-"""From the poles of a stabilisation diagram to modes of greatest likelihood: noise and modes in turn, and how many modes there are.
+"""From the poles of a stabilisation diagram to modes of greatest likelihood: noise and modes in turn, and how many there are.
 
 Whether a mode is there at all is decided by what it explains, against the logarithm of the number of measured values per
 unknown that it brings (Schwarz, Annals of Statistics 6 (1978) 461).
@@ -15,6 +15,7 @@ from trivet.measure.coincidence import joined
 from trivet.measure.maximum_likelihood import Information, Refined, directions, information, leverage, projected, refine
 from trivet.measure.noise import Noise, estimated
 from trivet.measure.residues import Band, Modes, synthesised
+from trivet.measure.stabilisation import HEAVY
 
 ROUNDS = 12
 SETTLED = 0.01
@@ -22,8 +23,8 @@ SETTLED = 0.01
 FIRST = 0.03
 """Noise that is taken to begin with: this part of the magnitude, and this part of the root mean square."""
 MOST_ADDED = 12
-HEAVY = 0.2
-"""Damping ratio from which what lies in the band is no mode."""
+STEPS = 8
+"""In which a mode that is tried must show what it is worth."""
 RATIOS = (0.002, 0.01, 0.04)
 """Damping ratios of the modes that are looked for in what is left."""
 
@@ -43,8 +44,11 @@ def settled(band: Band, modes: Modes, noise: Noise | None = None) -> Settled:
     Weights are those of the synthesised magnitudes: measured ones would weigh lines the more the lower noise has made them.
     """
     size = np.abs(band.values) * band.motion_size
-    weight = _weight(band, size, _first(size) if noise is None else noise)
-    at = projected(band, modes, weight) if noise is None else refine(band, modes, weight)
+    if noise is None:
+        noise = _first(size)
+        at = projected(band, modes, _weight(band, size, noise))
+    else:
+        at = refine(band, modes, _weight(band, size, noise))
     for _ in range(ROUNDS):
         size = np.abs(synthesised(band.omega, at.modes, at.shapes)) * band.motion_size
         along = directions(at.modes, at.shapes)
@@ -91,11 +95,11 @@ def gains(at: Refined, found: Information) -> np.ndarray:
 
 
 def significant(band: Band, found: Settled) -> Settled:
-    """Without modes that explain too little, or whose poles are not stable: the least first, one by one."""
+    """Without modes that explain too little, or are not damped: the least first, one by one."""
     while len(found.at.modes) > 1:
         at = found.at
         worth = gains(at, information(band, at, directions(at.modes, at.shapes)))
-        worth[at.modes.poles.real >= 0] = 0
+        worth[(at.modes.poles.real >= 0) & _is_inside(band, at.modes)] = 0
         least = int(np.argmin(worth))
         if worth[least] >= penalty(band):
             return found
@@ -106,7 +110,7 @@ def significant(band: Band, found: Settled) -> Settled:
 def completed(band: Band, found: Settled) -> Settled:
     """With modes that stand out of what is left: the second of a close pair, or such outside the band that reach into it."""
     for _ in range(MOST_ADDED):
-        tries = [refine(band, more, found.at.weight) for more in _missing(band, found.at)]
+        tries = [refine(band, more, found.at.weight, STEPS) for more in _missing(band, found.at)]
         plausible = [one for one in tries if _is_plausible(band, one.modes)]
         best = min(plausible, key=lambda one: one.cost, default=found.at)
         if 2 * (found.at.cost - best.cost) < penalty(band):
@@ -116,9 +120,15 @@ def completed(band: Band, found: Settled) -> Settled:
 
 
 def _is_plausible(band: Band, modes: Modes) -> bool:
+    """Whether modes in the band are damped, and not too much; outside only a frequency is asked of what reaches in."""
+    ratio = -modes.poles.real / np.abs(modes.poles)
+    return bool(np.all(np.where(_is_inside(band, modes), (ratio > 0) & (ratio < HEAVY), modes.poles.imag > 0)))
+
+
+def _is_inside(band: Band, modes: Modes) -> np.ndarray:
     size = np.abs(modes.poles)
-    inside = (size >= band.omega[0]) & (size <= band.omega[-1])
-    return bool(np.all((modes.poles.real < 0) & ((-modes.poles.real < HEAVY * size) | ~inside)))
+    found: np.ndarray = (size >= band.omega[0]) & (size <= band.omega[-1])
+    return found
 
 
 def _missing(band: Band, at: Refined) -> list[Modes]:

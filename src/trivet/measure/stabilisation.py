@@ -12,27 +12,16 @@ from scipy.optimize import linear_sum_assignment
 
 from trivet.measure.least_squares_complex import OrderPoles
 
-
-class Tolerances(NamedTuple):
-    """When a pole is that of the order below."""
-
-    frequency: float = 0.01
-    """Relative."""
-    damping: float = 0.2
-    """Relative."""
-    vector: float = 0.9
-    """Least square of the part of a participation vector that lies in the space of those of the order below."""
-
-
-class Criteria(NamedTuple):
-    """What makes poles that come back a mode."""
-
-    damping: float = 0.2
-    """Greatest ratio."""
-    presence: float = 0.35
-    """Least part of the upper half of the orders in which a mode is stable."""
-    linked: float = 0.25
-    """Poles of two orders are of one cluster within this part of their half bandwidth, and `Tolerances.frequency` / 5."""
+IN_FREQUENCY, IN_DAMPING = 0.01, 0.2
+"""A pole is that of the order below within these relative differences of frequency and damping."""
+IN_VECTOR = 0.9
+"""Least square of the part of a participation vector that lies in the space of those of the order below."""
+HEAVY = 0.2
+"""Damping ratio from which a pole is that of no mode."""
+PRESENCE = 0.35
+"""Least part of the upper half of the orders in which a mode is stable."""
+LINKED, CLOSE = 0.25, 2e-4
+"""Poles of two orders are of one cluster within this part of their half bandwidth and this part of their frequency."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +40,6 @@ class Stabilisation:
     """(c,) whether the damping is, too."""
     in_vector: np.ndarray
     """(c,) whether the participation vector lies in the space of those near, too; as it always does with one reference."""
-    tolerances: Tolerances
-    """Within which."""
 
     @property
     def frequency(self) -> np.ndarray:
@@ -82,23 +69,17 @@ class Chosen(NamedTuple):
     """(i, R)"""
 
 
-def stabilisation(
-    found: Sequence[OrderPoles],
-    low: float,
-    high: float,
-    criteria: Criteria = Criteria(),
-    tolerances: Tolerances = Tolerances(),
-) -> Stabilisation:
+def stabilisation(found: Sequence[OrderPoles], low: float, high: float) -> Stabilisation:
     """The diagram of poles of rising orders with frequencies (rad/s) between two."""
     kept, flags = [], []
     below: OrderPoles | None = None
     for one in found:
         size = np.abs(one.poles)
-        good = (one.poles.real < 0) & (-one.poles.real < criteria.damping * size) & (one.poles.imag > 0)
+        good = (one.poles.real < 0) & (-one.poles.real < HEAVY * size) & (one.poles.imag > 0)
         good &= (size >= low) & (size <= high)
         level = OrderPoles(one.order, one.poles[good], one.participation[good])
         kept.append(level)
-        flags.append(_compared(level, below, tolerances))
+        flags.append(_compared(level, below))
         below = level
     references = found[0].participation.shape[1] if found else 1
     marks = np.concatenate([np.zeros((0, 3), dtype=bool), *flags])
@@ -106,12 +87,13 @@ def stabilisation(
         np.concatenate([np.zeros(0, dtype=int), *(np.full(len(one.poles), one.order) for one in kept)]),
         np.concatenate([np.zeros(0, dtype=complex), *(one.poles for one in kept)]),
         np.concatenate([np.zeros((0, references), dtype=complex), *(one.participation for one in kept)]),
-        *marks.T,
-        tolerances,
+        marks[:, 0],
+        marks[:, 1],
+        marks[:, 2],
     )
 
 
-def _compared(level: OrderPoles, below: OrderPoles | None, tolerances: Tolerances) -> np.ndarray:
+def _compared(level: OrderPoles, below: OrderPoles | None) -> np.ndarray:
     """(r, 3) whether poles are those of the order below in frequency, damping and participation; no pole is taken twice."""
     marks = np.zeros((len(level.poles), 3), dtype=bool)
     if below is None or not len(below.poles) or not len(level.poles):
@@ -119,13 +101,13 @@ def _compared(level: OrderPoles, below: OrderPoles | None, tolerances: Tolerance
     size, other = np.abs(level.poles), np.abs(below.poles)
     apart = np.abs(level.poles[:, None] - below.poles) / size[:, None]
     own, theirs = linear_sum_assignment(np.minimum(apart, 1.0))
-    marks[own, 0] = np.abs(size[own] - other[theirs]) <= tolerances.frequency * size[own]
+    marks[own, 0] = np.abs(size[own] - other[theirs]) <= IN_FREQUENCY * size[own]
     before, after = below.poles.real[theirs] / other[theirs], level.poles.real[own] / size[own]
-    marks[own, 1] = marks[own, 0] & (np.abs(before - after) <= tolerances.damping * np.abs(after))
-    near = np.abs(size[:, None] - other) <= tolerances.frequency * size[:, None]
+    marks[own, 1] = marks[own, 0] & (np.abs(before - after) <= IN_DAMPING * np.abs(after))
+    near = np.abs(size[:, None] - other) <= IN_FREQUENCY * size[:, None]
     for k in np.flatnonzero(marks[:, 1]):
         space = _space(below.participation[near[k]])
-        marks[k, 2] = np.linalg.norm(space.conj().T @ level.participation[k]) ** 2 >= tolerances.vector
+        marks[k, 2] = np.linalg.norm(space.conj().T @ level.participation[k]) ** 2 >= IN_VECTOR
     return marks
 
 
@@ -135,7 +117,7 @@ def _space(vectors: np.ndarray) -> np.ndarray:
     return left[:, values > 0.1 * values[0]]
 
 
-def automatic(diagram: Stabilisation, criteria: Criteria = Criteria()) -> Chosen:
+def automatic(diagram: Stabilisation) -> Chosen:
     """Poles that are stable in enough orders.
 
     Stable poles are gathered into clusters; a cluster has as many modes as it has poles per order, so that pairs come out as
@@ -145,17 +127,17 @@ def automatic(diagram: Stabilisation, criteria: Criteria = Criteria()) -> Chosen
     half = diagram.order > diagram.order.max(initial=0) / 2
     orders = max(1, len(np.unique(diagram.order[half])))
     kept: list[int] = []
-    for members in _clusters(diagram, stable, criteria):
+    for members in _clusters(diagram, stable):
         upper = members[half[members]]
         levels, counts = np.unique(diagram.order[upper], return_counts=True)
-        if len(levels) < max(2, criteria.presence * orders):
+        if len(levels) < max(2, PRESENCE * orders):
             continue
         count = int(np.median(counts))
         kept += _representative(diagram, upper, levels[counts == count] if count in counts else levels)
     return _chosen(diagram, kept)
 
 
-def _clusters(diagram: Stabilisation, stable: np.ndarray, criteria: Criteria) -> list[np.ndarray]:
+def _clusters(diagram: Stabilisation, stable: np.ndarray) -> list[np.ndarray]:
     """Stable poles in chains whose links are short."""
     poles = diagram.poles[stable]
     order = np.argsort(np.abs(poles))
@@ -163,9 +145,9 @@ def _clusters(diagram: Stabilisation, stable: np.ndarray, criteria: Criteria) ->
     size = np.abs(poles)
     for at, k in enumerate(order):
         for j in order[at + 1 :]:
-            if size[j] - size[k] > diagram.tolerances.frequency * size[k]:
+            if size[j] - size[k] > IN_FREQUENCY * size[k]:
                 break
-            reach = criteria.linked * -min(poles[k].real, poles[j].real) + diagram.tolerances.frequency / 50 * size[k]
+            reach = LINKED * -min(poles[k].real, poles[j].real) + CLOSE * size[k]
             if abs(poles[j] - poles[k]) <= reach and names[j] != names[k]:
                 names[names == names[j]] = names[k]
     return [stable[names == name] for name in dict.fromkeys(names[order].tolist())]
@@ -175,7 +157,7 @@ def _representative(diagram: Stabilisation, members: np.ndarray, levels: np.ndar
     """Those of a cluster in one order."""
     middle = np.median(diagram.poles[members].real) + 1j * np.median(diagram.poles[members].imag)
     sets = [members[diagram.order[members] == level] for level in levels]
-    return list(min(sets, key=lambda one: abs(diagram.poles[one].mean() - middle)))
+    return min(sets, key=lambda one: float(abs(diagram.poles[one].mean() - middle))).tolist()
 
 
 def _chosen(diagram: Stabilisation, kept: Sequence[int]) -> Chosen:

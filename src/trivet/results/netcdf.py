@@ -22,7 +22,12 @@ COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 def labelled(
     machine: Machine, variables: Mapping[str, tuple[Any, ...]], coordinates: Mapping[str, Any], **attributes: Any
 ) -> xr.Dataset:
-    """A dataset from variables given as (dimensions, values, unit, meaning)."""
+    """A dataset from variables given as (dimensions, values, unit, meaning), with the machine file inside."""
+    return described(variables, coordinates, machine=machine.name, machine_file=to_text(machine), **attributes)
+
+
+def described(variables: Mapping[str, tuple[Any, ...]], coordinates: Mapping[str, Any], **attributes: Any) -> xr.Dataset:
+    """The same of what no machine has part in."""
     from importlib.metadata import version
 
     import xarray as xr
@@ -33,13 +38,7 @@ def labelled(
             for name, (dimensions, values, unit, meaning) in variables.items()
         },
         coords={name: list(values) for name, values in coordinates.items()},
-        attrs={
-            "machine": machine.name,
-            "machine_file": to_text(machine),
-            "trivet_version": version("trivet"),
-            "Conventions": "CF-1.11",
-        }
-        | attributes,
+        attrs={"trivet_version": version("trivet"), "Conventions": "CF-1.11"} | attributes,
     )
 
 

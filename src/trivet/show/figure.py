@@ -7,6 +7,7 @@ from functools import singledispatch
 from typing import Any
 
 from trivet.kinematics.forward import Forward
+from trivet.measure.modal_model import ModalFit
 from trivet.measure.universal_join import Imported
 from trivet.model import Machine
 from trivet.show.assembly import draw_assembly
@@ -21,6 +22,7 @@ from trivet.show.lobes import draw_lobes
 from trivet.show.maps import draw_map
 from trivet.show.measured import draw_measured
 from trivet.show.measured_points import draw_points
+from trivet.show.modal_fit import draw_modal_fit
 from trivet.show.mode_paths import draw_mode_paths
 from trivet.show.mode_shapes import draw_modes
 from trivet.show.plan import draw_plans
@@ -159,6 +161,11 @@ def _(result: Lobes | LobesAlong, path: str | os.PathLike[str], *, overwrite: bo
 @figure.register
 def _(result: Imported, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     draw_measured(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: ModalFit, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_modal_fit(result, path, overwrite=overwrite)
 
 
 @figure.register

@@ -10,6 +10,7 @@ import numpy as np
 
 from trivet.kinematics.report import OK, STATUS_WORDS, joint_names
 from trivet.measure.files import save_functions
+from trivet.measure.modal_model import ModalFit
 from trivet.measure.universal_join import Imported
 from trivet.results.netcdf import COMPONENTS, labelled, write_groups, write_netcdf
 from trivet.study.atlas import Atlas
@@ -23,6 +24,7 @@ from trivet.study.dynamics_datasets import motion_dataset, simulation_dataset
 from trivet.study.frf import FrequencyResponse
 from trivet.study.lobes import Lobes, LobesAlong
 from trivet.study.measure_datasets import correlation_dataset
+from trivet.study.modal_fit_dataset import fit_dataset
 from trivet.study.mode_paths import ModePaths
 from trivet.study.modes import ModesReport
 from trivet.study.motion import MotionReport
@@ -158,6 +160,11 @@ def _(result: ModePaths, path: str | os.PathLike[str], *, overwrite: bool = Fals
 @save.register
 def _(result: FrequencyResponse, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     write_netcdf(response_dataset(result), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: ModalFit, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_netcdf(fit_dataset(result), path, overwrite=overwrite)
 
 
 @save.register
