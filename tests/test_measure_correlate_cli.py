@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
@@ -17,14 +18,16 @@ import xarray as xr
 import trivet as t
 from trivet.errors import InputError
 from trivet.measure import correlation as alike
+from trivet.measure.channels import written
 from trivet.measure.correlation import ModeSet
 from trivet.measure.files import save_functions
+from trivet.measure.fitted import FittedModes
 from trivet.measure.functions import Channel, Functions
 from trivet.measure.predicted import predicted
 from trivet.measure.setup import Axes, Setup, Spot, placed, read_setup
 from trivet.show import correlation as drawn
 from trivet.show.measured_points import draw_points, points_scene
-from trivet.study.correlate import Correlation, FittedModes, MappedPoints, ShownCorrelation, correlate, distances
+from trivet.study.correlate import Correlation, MappedPoints, ShownCorrelation, correlate, distances
 from trivet.study.machines import choose
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -239,6 +242,24 @@ def test_modes_in_tables_and_json() -> None:
     assert [(p["measured"], p["computed"]) for p in found["pairs"]] == [(1, 1), (2, 2), (3, 3), (4, 4)]
     np.testing.assert_allclose([c["comac"] for c in found["channels"]], modes.comac)
     np.testing.assert_allclose(found["mac"], modes.mac)
+
+
+def test_a_fit_from_its_file(trivet: Any, files: Path) -> None:
+    with h5py.File(files / "fit.nc", "w") as file:
+        file["response"] = np.array([written(channel) for channel in fit().channels], dtype=h5py.string_dtype())
+        file["natural_frequency"], file["damping"] = fit().modes.frequency, fit().modes.damping
+        file["natural_frequency"].attrs["units"] = "Hz"
+        file["shape"] = np.stack([fit().modes.shapes.real, fit().modes.shapes.imag], axis=-1)
+    code, out, _ = trivet(*COMMAND, "--fit", "fit.nc", "--from", "1 Hz")
+    assert code == 0
+    assert re.search(r"2:\+rz +1.0000", out)
+    found = json.loads(trivet(*COMMAND, "--fit", "fit.nc", "--json")[1])["modes"]
+    assert [(p["measured"], p["computed"]) for p in found["pairs"]] == [(1, 1), (2, 2), (3, 3), (4, 4)]
+    np.testing.assert_allclose(found["measured_frequency_Hz"], fit().modes.frequency)
+    np.testing.assert_allclose([p["frequency_difference"] for p in found["pairs"]], 0.02, atol=1e-3)
+    code, out, err = trivet(*COMMAND, "--fit", "m.nc")
+    assert (code, out) == (2, "")
+    assert "m.nc: natural_frequency: is missing; a file of a modal fit has" in err
 
 
 def test_netcdf(trivet: Any, files: Path) -> None:

@@ -16,20 +16,21 @@ import os
 from importlib.metadata import version
 from typing import Any
 
-import h5py
 import numpy as np
+from pydantic_core import PydanticCustomError
 
 from trivet.errors import InputError, nearest, shown
-from trivet.measure.channels import LONGEST_NAME, channel_of, factor_of, unit_of, written
+from trivet.measure.channels import factor_of, unit_of, written
 from trivet.measure.checking import check_count
-from trivet.measure.functions import MOTIONS, Channel, Functions, Motion
+from trivet.measure.functions import MOTIONS, Functions, Motion
+from trivet.measure.labelled_file import LabelledFile, opened
 from trivet.model.quantity import Quantity
 from trivet.results.netcdf import write_netcdf
 
 KIND = "trivet measured responses"
 MOST_POINTS = 100_000
-LONGEST_WORD = 4 * LONGEST_NAME
-LONGEST_SOURCE = 10_000
+NEEDED = ("frequency", "value", "response", "reference", "motion", "unit")
+_LENGTH = Quantity("length", "m", "mm")
 
 
 def write_labelled(functions: Functions, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
@@ -83,119 +84,44 @@ def read_labelled(path: str | os.PathLike[str]) -> Functions:
     Raises:
         InputError: with the variable, what it is and what was expected.
     """
-    name = os.fspath(path)
-    try:
-        with h5py.File(name, "r") as file:
-            return _Reader(name, file).functions()
-    except (OSError, RuntimeError, KeyError, TypeError, UnicodeError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{name}: is no NetCDF-4 file, or is damaged: {error}") from None
-
-
-class _Reader:
-    """What is read of one file."""
-
-    def __init__(self, name: str, file: Any) -> None:
-        self.name = name
-        self.file = file
-
-    def functions(self) -> Functions:
-        frequency = self.numbers("frequency", 1)
-        count = self.array("response", 1).shape[0]
-        check_count(count, len(frequency), self.name)
-        if self.unit("frequency") != "Hz":
-            raise InputError(f"{self.name}: frequency: has units {shown(self.unit('frequency'))}; expected Hz")
-        responses, references = (self.channels(name, count) for name in ("response", "reference"))
-        motions, units = self.motions(count), self.words("unit", count)
-        values = self.numbers("value", 3, (count, len(frequency), 2)).view(complex)[..., 0]
-        try:
-            for k, own in enumerate(zip(units, motions, responses, references, strict=True)):
-                factor = factor_of(*own)
-                if factor != 1:
-                    values[k] *= factor
-        except InputError as error:
-            raise InputError(f"{self.name}: unit: function {k + 1}: {error}") from None
-        coherence = self.numbers("coherence", 2, values.shape) if "coherence" in self.file else None
-        return Functions(frequency, values, motions, responses, references, self.points(), coherence, self.source())
-
-    def array(self, name: str, dimensions: int) -> Any:
-        """A variable, nothing of it read yet."""
-        if name not in self.file:
-            raise InputError(
-                f"{self.name}: {name}: is missing; a file of measured responses has frequency, value, response, reference, "
-                f"motion and unit{nearest(name, [key for key in self.file if isinstance(key, str)][:1000])}"
-            )
-        # Links and outer storage would lead out of the file, to whatever else this user may read.
-        found = self.file[name] if isinstance(self.file.get(name, getlink=True), h5py.HardLink) else None
-        if not isinstance(found, h5py.Dataset) or found.external or found.is_virtual:
-            raise InputError(f"{self.name}: {name}: is no array in this file")
-        if len(found.shape or ()) != dimensions:
-            raise InputError(f"{self.name}: {name}: has shape {found.shape}; expected {dimensions} dimensions")
-        return found
-
-    def numbers(self, name: str, dimensions: int, shape: tuple[int, ...] | None = None) -> np.ndarray:
-        """Numbers of a variable."""
-        found = self.array(name, dimensions)
-        if shape is None:
-            check_count(1, found.shape[0], f"{self.name}: {name}")
-        elif found.shape != shape:
-            raise InputError(f"{self.name}: {name}: has shape {found.shape}; expected {shape}")
-        if found.dtype.kind not in "fiu" or found.dtype.itemsize > 8:
-            raise InputError(f"{self.name}: {name}: holds {found.dtype}; expected numbers")
-        read: np.ndarray = found.astype("f8")[...]
-        return read
-
-    def unit(self, name: str) -> str:
-        return self.word_of(self.file[name].attrs.get("units", ""), f"{name}: units", LONGEST_WORD)
-
-    def words(self, name: str, count: int) -> list[str]:
-        """Words of a variable."""
-        found = self.array(name, 1)
-        kind = h5py.check_string_dtype(found.dtype)
-        if found.shape != (count,) or kind is None or (kind.length or 0) > LONGEST_WORD:
-            raise InputError(f"{self.name}: {name}: has shape {found.shape} of {found.dtype}; expected {count} words")
-        return [self.word_of(word, f"{name}: function {k + 1}", LONGEST_WORD) for k, word in enumerate(found.asstr()[...])]
-
-    def word_of(self, word: Any, where: str, longest: int) -> str:
-        text = word.decode("utf-8") if isinstance(word, bytes) else word.item() if isinstance(word, np.generic) else word
-        if not isinstance(text, str) or len(text) > longest:
-            raise InputError(f"{self.name}: {where}: {shown(text)}; expected words of at most {longest} letters")
-        return str(text)
-
-    def channels(self, name: str, count: int) -> tuple[Channel, ...]:
-        found = []
-        for k, word in enumerate(self.words(name, count)):
+    with opened(path, "measured responses", NEEDED) as file:
+        frequency = file.numbers("frequency", (None,))
+        count = file.array("response", (None,)).shape[0]
+        check_count(count, len(frequency), file.name)
+        if file.unit("frequency") != "Hz":
+            raise InputError(f"{file.name}: frequency: has units {shown(file.unit('frequency'))}; expected Hz")
+        responses, references = file.channels("response", count), file.channels("reference", count)
+        motions, units = _motions(file, count), file.words("unit", count)
+        values = file.complex("value", (count, len(frequency)))
+        for k, own in enumerate(zip(units, motions, responses, references, strict=True)):
             try:
-                found.append(channel_of(word))
+                values[k] *= factor_of(*own)
             except InputError as error:
-                raise InputError(f"{self.name}: {name}: function {k + 1}: {error}") from None
-        return tuple(found)
+                raise InputError(f"{file.name}: unit {k + 1}: {error}") from None
+        coherence = file.numbers("coherence", values.shape) if "coherence" in file else None
+        return Functions(frequency, values, motions, responses, references, _points(file), coherence, file.source)
 
-    def motions(self, count: int) -> tuple[Motion, ...]:
-        known = {str(motion): motion for motion in MOTIONS}
-        found = self.words("motion", count)
-        for k, word in enumerate(found):
-            if word not in known:
-                raise InputError(f"{self.name}: motion: function {k + 1}: {shown(word)}{nearest(word, known)}")
-        return tuple(known[word] for word in found)
 
-    def points(self) -> dict[str, tuple[float, float, float]]:
-        if "position" not in self.file:
-            return {}
-        count = self.array("position", 2).shape[0]
-        if count > MOST_POINTS:
-            raise InputError(f"{self.name}: position: of {count} points; expected at most {MOST_POINTS}")
-        names, places = self.words("point", count), self.numbers("position", 2, (count, 3))
-        try:
-            factor = Quantity("length", "m", "mm").parse(f"1 {self.unit('position')}")
-        except Exception:
-            raise InputError(
-                f"{self.name}: position: has units {shown(self.unit('position'))}; expected a unit of length, such as m"
-            ) from None
-        if len(set(names)) < count:
-            raise InputError(f"{self.name}: point: names some points twice")
-        return {name: (x, y, z) for name, (x, y, z) in zip(names, (places * factor).tolist(), strict=True)}
+def _motions(file: LabelledFile, count: int) -> tuple[Motion, ...]:
+    known = {str(motion): motion for motion in MOTIONS}
+    found = file.words("motion", count)
+    for k, word in enumerate(found):
+        if word not in known:
+            raise InputError(f"{file.name}: motion {k + 1}: {shown(word)}{nearest(word, known)}")
+    return tuple(known[word] for word in found)
 
-    def source(self) -> str:
-        return self.word_of(self.file.attrs.get("source", ""), "source", LONGEST_SOURCE)
+
+def _points(file: LabelledFile) -> dict[str, tuple[float, float, float]]:
+    if "position" not in file:
+        return {}
+    count = file.array("position", (None, 3)).shape[0]
+    if count > MOST_POINTS:
+        raise InputError(f"{file.name}: position: of {count} points; expected at most {MOST_POINTS}")
+    names, places = file.words("point", count), file.numbers("position", (count, 3))
+    if len(set(names)) < count:
+        raise InputError(f"{file.name}: point: names some points twice")
+    try:
+        factor = _LENGTH.parse(f"1 {file.unit('position')}")
+    except PydanticCustomError as error:
+        raise InputError(f"{file.name}: position: has units {shown(file.unit('position'))}: {error.message()}") from None
+    return {name: (x, y, z) for name, (x, y, z) in zip(names, (places * factor).tolist(), strict=True)}

@@ -13,20 +13,12 @@ import numpy as np
 from trivet.errors import InputError, nearest
 from trivet.measure import correlation as alike
 from trivet.measure.correlation import ModeSet, Pair
+from trivet.measure.fitted import FittedModes
 from trivet.measure.functions import Channel, Functions
 from trivet.measure.model_modes import modes_of
 from trivet.measure.predicted import Model, predicted
 from trivet.measure.setup import Placed, Setup, placed
 from trivet.study.machines import MachineLike, choose
-
-
-class FittedModes(NamedTuple):
-    """Modes as they were fitted to measured responses."""
-
-    channels: tuple[Channel, ...]
-    """(o,) where the shapes are known."""
-    modes: ModeSet
-    """With shapes (o, m) in displacement, m; rad where channels turn."""
 
 
 @dataclass(frozen=True)

@@ -14,11 +14,14 @@ from trivet.cli.groups import Choice, DataOutput, Model
 
 def run(
     *,
-    measured: Annotated[str, typer.Argument(help="Measured responses: a .nc or .csv file.", metavar="MEASURED")],
+    measured: Annotated[str, typer.Argument(help="Measured responses: .nc, .csv, or a universal file.", metavar="MEASURED")],
     choice: Choice,
     points: Annotated[
         str, typer.Option("--points", help="Where the measured points lie on the machine: a set-up file.", metavar="FILE.toml")
     ],
+    fit: Annotated[
+        str | None, typer.Option("--fit", help="Modes fitted to them, as measure fit --data writes them.", metavar="FILE.nc")
+    ] = None,
     lowest: Annotated[
         str | None,
         typer.Option("--from", help="Lowest frequency that counts; all that were measured by default.", metavar="FREQUENCY"),
@@ -44,6 +47,7 @@ def run(
     from trivet.cli.views import correlation as view
     from trivet.errors import InputError
     from trivet.measure.files import read_functions
+    from trivet.measure.fitted import read_fitted
     from trivet.measure.setup import read_setup
     from trivet.study.correlate import MappedPoints, ShownCorrelation, correlate
 
@@ -59,7 +63,8 @@ def run(
     chosen, setup = choice.load(model), read_setup(points)
     with output.busy("reading and comparing", out.as_json):
         functions = read_functions(measured).between(0.0 if low is None else low, float("inf") if high is None else high)
-        found = correlate(chosen, setup, functions, loss_factor=loss_factor)
+        fitted = None if fit is None else read_fitted(fit)
+        found = correlate(chosen, setup, functions, fitted, loss_factor=loss_factor)
     shown = ShownCorrelation(found, tuple(found.numbers(entry)) if entry else None)
     output.draw(MappedPoints(found.placed, functions), where or [], out.overwrite)
     out.give(shown, view)
