@@ -170,8 +170,9 @@ def updated(problem: Problem, progress: Callable[[int], None] = lambda count: No
         residuals = _Residuals(problem, scale, with_functions=True)
         theta = step(residuals, theta)
         apart, _ = log_residuals(problem, theta)
+        apart = np.where(is_seen(problem.functions), apart.reshape(len(problem.functions), -1), np.nan)
         spread = max(LEAST_SPREAD, robust_spread(apart))
-        alike = alike_over(apart.reshape(len(problem.functions), -1))
+        alike = alike_over(apart)
         last, scale = scale, spread * math.sqrt(alike)
         if abs(scale / last - 1) < SETTLED:
             break
@@ -204,16 +205,22 @@ def floor(functions: Functions) -> np.ndarray:
     return FLOOR * np.array([greatest[kind] for kind in kinds])
 
 
+def is_seen(functions: Functions) -> np.ndarray:
+    """(q, n) whether what was measured is above the floor: what is below says nothing of how far machine and model are apart."""
+    above: np.ndarray = np.abs(functions.receptance) > floor(functions)
+    return above
+
+
 def robust_spread(apart: np.ndarray) -> float:
-    """Standard deviation of normal numbers about zero that has the same median absolute value."""
-    return float(np.median(np.abs(apart)) / 0.6744897501960817)
+    """Standard deviation of normal numbers about zero that has the same median absolute value; NaN do not count."""
+    return float(np.nanmedian(np.abs(apart)) / 0.6744897501960817)
 
 
 def alike_over(apart: np.ndarray) -> float:
-    """Lines over which residuals (q, n) are alike: 1 + 2 times the sum of their autocorrelations, as long as these fall and are
-    above zero (Geyer, Statistical Science 7:473, 1992)."""
+    """Lines over which residuals (q, n) are alike, NaN apart: 1 + 2 times the sum of their autocorrelations, as long as these
+    fall and are above zero (Geyer, Statistical Science 7:473, 1992)."""
     n = apart.shape[1]
-    clipped = np.clip(apart, *(HUBER * robust_spread(apart) * np.array([-1, 1])))
+    clipped = np.nan_to_num(np.clip(apart, *(HUBER * robust_spread(apart) * np.array([-1, 1]))))
     transform = np.fft.rfft(clipped, 2 * n, axis=1)
     power = np.fft.irfft(np.abs(transform) ** 2, axis=1)[:, :n].sum(axis=0)
     if not power[0] > 0:
