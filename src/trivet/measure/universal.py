@@ -12,7 +12,7 @@ from trivet.errors import InputError
 from trivet.measure.universal_axis import even_axis
 from trivet.measure.universal_join import COHERENCE, RESPONSE, Coherence, Found, Imported, Measured, Unused, joined
 from trivet.measure.universal_modes import MeasuredMode, mode_of
-from trivet.measure.universal_parse import Fields, function, head, parse
+from trivet.measure.universal_parse import Fields, function, head, parse, record_of
 from trivet.measure.universal_points import Geometry, geometry
 from trivet.measure.universal_scan import Block, scan
 from trivet.measure.universal_units import Declared, Scale, declared, hertz, unit_of
@@ -124,34 +124,19 @@ def _add(block: Block, place: Geometry, scale: Scale | None, given: Declared, fo
     wrong = np.flatnonzero((values < 0) | (values > 1 + 1e-6))
     if len(wrong):
         k = int(wrong[0])
-        raise block.error(f"coherence {values[k]:.6g} at frequency line {k + 1}; expected 0 to 1", _record(block, fields, k))
+        raise block.error(f"coherence {values[k]:.6g} at frequency line {k + 1}; expected 0 to 1", record_of(block, k))
     found.coherences.append(Coherence(block, frequency, values, codes))
 
 
-def _record(block: Block, fields: Fields, point: int) -> int | None:
-    """The line of a point, counted from that of the dataset; None where values are bytes."""
-    if not fields["per_line"]:
-        return None
-    first: int = fields["line"]
-    return first - block.line + point * fields["each"] // fields["per_line"]
-
-
 def _frequency(block: Block, fields: Fields) -> np.ndarray:
-    """(n,) Hz; raises InputError for values or frequencies that are not finite, and frequencies that do not rise."""
+    """(n,) Hz; raises InputError where they do not rise."""
     data = fields["data"]
     if fields["abscissa_spacing"]:
         x = even_axis(fields["abscissa_min"], fields["abscissa_inc"], len(data))
     else:
         x = np.asarray(fields["x"])
-    wrong = np.flatnonzero(~np.isfinite(data) | ~np.isfinite(x))
-    if len(wrong):
-        k = int(wrong[0])
-        at = f"frequency line {k + 1}" + (f" ({x[k]:.6g} on its abscissa)" if np.isfinite(x[k]) else "")
-        raise block.error(
-            f"{at} is {data[k] if np.isfinite(x[k]) else x[k]}; expected finite numbers", _record(block, fields, k)
-        )
     falls = np.flatnonzero(np.diff(x) <= 0)
     if x[0] < 0 or len(falls):
         k = int(falls[0]) + 1 if len(falls) else 0
-        raise block.error(f"frequency line {k + 1} is at {x[k]:.6g}; expected 0 or more, rising", _record(block, fields, k))
+        raise block.error(f"frequency line {k + 1} is at {x[k]:.6g}; expected 0 or more, rising", record_of(block, k))
     return hertz(block, fields) * x

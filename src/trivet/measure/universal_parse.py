@@ -29,9 +29,6 @@ _FORTRAN = re.compile(r"(?<=[\d.])[dD](?=[-+ ]?\d)")
 def parse(block: Block) -> Fields | None:
     """A dataset of one of the types that are read; None for all others.
 
-    Functions get as "line" the line of the file with the first of their values, as "per_line" how many stand on each (0 where
-    they are bytes).
-
     Raises:
         InputError: with file, dataset and line, for one that is not written as its type demands.
     """
@@ -59,7 +56,12 @@ def _ask(block: Block, extract: Callable[..., Fields], text: str | bytes, **opti
     try:
         return extract(text, **options)
     except Exception:  # pyuff raises bare exceptions, without a place or a reason
-        raise block.error("is not written as its type demands, and cannot be read") from None
+        what = "is not written as its type demands, and cannot be read"
+        if block.kind == 58 and not options:
+            what = (
+                f"numbers do not stand in the columns of their form, {form_of(block, block.lines()[8]).width} characters wide"
+            )
+        raise block.error(what, HEAD if block.kind == 58 else None) from None
 
 
 def function(block: Block) -> Fields:
@@ -79,10 +81,28 @@ def function(block: Block) -> Fields:
         body = [_FORTRAN.sub("E", line) for line in lines[HEAD:] if line]
         values = _values(block, body, form)
         found = _ask(block, dataset_58._extract58, "\n".join([*lines[:HEAD], *_filled(body, values, form)]).encode())
-        _compare(block, found, values, form)
     if len(found["data"]) != form.points:
         raise block.error(f"declares {form.points} points, holds {len(found['data'])}", HEAD)
-    return found | {"line": block.line + HEAD, "per_line": 0 if block.body is not None else form.per_line, "each": form.each}
+    _check_finite(block, found)
+    if block.body is None:
+        _compare(block, found, values, form)
+    return found
+
+
+def record_of(block: Block, point: int) -> int | None:
+    """The line with a point of a function, counted from 0 at the "-1" of the dataset; None where values are bytes."""
+    form = form_of(block, block.lines()[8])
+    return None if block.body is not None else HEAD + point * form.each // form.per_line
+
+
+def _check_finite(block: Block, found: Fields) -> None:
+    """Raise InputError where a value or its abscissa is not a finite number."""
+    x, data = found["x"], found["data"]
+    wrong = np.flatnonzero(~np.isfinite(data) | ~np.isfinite(x))
+    if len(wrong):
+        k = int(wrong[0])
+        at = f" (at {x[k]:.6g} on its abscissa)" if np.isfinite(x[k]) else ""
+        raise block.error(f"frequency line {k + 1}{at} is not finite; expected numbers", record_of(block, k))
 
 
 def _is_big(record: str) -> bool:
@@ -104,7 +124,7 @@ def _values(block: Block, body: list[str], form: Form) -> np.ndarray:
     rest = _NUMBER.sub("", whole).split()
     if rest:
         wrong = next(k for k, line in enumerate(body) if _NUMBER.sub("", line).strip())
-        raise block.error(_no_numbers(body[wrong]), HEAD + wrong)
+        raise block.error(f"{shown(body[wrong])}: expected numbers", HEAD + wrong)
     values = np.array(_NUMBER.findall(whole), dtype=float)
     expected = form.points * form.each
     missing = expected - len(values)
@@ -113,12 +133,6 @@ def _values(block: Block, body: list[str], form: Form) -> np.ndarray:
         each = f"{form.points} points, which are {expected} numbers"
         raise block.error(f"declares {each}; holds {len(values)}", HEAD + max(0, len(body) - 1))
     return values[:expected]
-
-
-def _no_numbers(line: str) -> str:
-    if "�" in line or any(ord(c) > 126 for c in line):
-        return "is marked as text (58), but its values are bytes; expected 58b"
-    return f"{shown(line)}: expected numbers"
 
 
 def _filled(body: list[str], values: np.ndarray, form: Form) -> list[str]:
@@ -135,10 +149,8 @@ def _compare(block: Block, found: Fields, values: np.ndarray, form: Form) -> Non
     data = found["data"]
     parts = [data.real, data.imag] if form.is_complex else [data]
     columns = parts if form.is_even else [found["x"], *parts]
-    same = all(len(column) == form.points for column in columns)
-    if not same or not np.array_equal(np.column_stack(columns).ravel(), values, equal_nan=True):
-        width = "13" if not form.is_double else "20" if form.is_even else "13 (abscissa) and 20"
-        raise block.error(f"numbers do not stand in the columns of its form, {width} characters wide", HEAD)
+    if not np.array_equal(np.column_stack(columns).ravel(), values):
+        raise block.error(f"numbers do not stand in the columns of their form, {form.width} characters wide", HEAD)
 
 
 def _header(block: Block) -> Fields:

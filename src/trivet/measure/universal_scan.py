@@ -25,6 +25,7 @@ _OPEN = re.compile(rb" *-1\s*")
 _KIND = re.compile(rb" *(\d{1,6})([bB]?)(.*)", re.DOTALL)
 _CLOSE = re.compile(rb"^ {0,4}-1[ \t\r]*$", re.MULTILINE)
 _CLOSE_OF_BYTES = re.compile(rb"[\r\n]{0,2} {0,4}-1[ \t\r]*(?:\n|\Z)")
+_NO_TEXT = re.compile(rb"[^\x20-\x7e\s]")
 _TEXT = re.compile(rb"[-+.\deEdD\s]{24}")
 
 
@@ -179,9 +180,18 @@ def _block(name: str, data: bytes, at: int, line: int, number: int) -> tuple[Blo
     if kind[2]:
         return _block_of_bytes(block, data, at, after, kind[3])
     close = _CLOSE.search(data, after)
+    if block.kind == 58:
+        _check_text(block, data[at : len(data) if close is None else close.start()])
     if close is None:
         raise block.error('is cut off: the file ends before its closing "    -1"')
     return Block(name, number, block.kind, line, data[at : close.start()]), _line(data, close.start())[1]
+
+
+def _check_text(block: Block, text: bytes) -> None:
+    """Refuse bytes where text was announced; the head may have letters that are not of English."""
+    lines = text.split(b"\n", HEAD)
+    if len(lines) > HEAD and _NO_TEXT.search(lines[HEAD]):
+        raise block.error("is marked as text (58), but its values are bytes; a b is to follow 58", HEAD)
 
 
 def _block_of_bytes(block: Block, data: bytes, at: int, after: int, settings: bytes) -> tuple[Block, int]:

@@ -29,7 +29,7 @@ SI = {
     "acceleration": ("m/s^2", "rad/s^2"),
 }
 """Units of motions and of turns."""
-_FREE_FALL = {"g", "G", "gn", "g_n", "g's", "gees"}
+_FREE_FALL = {"g", "gn", "g_n", "g's", "gees"}
 
 
 class Scale(NamedTuple):
@@ -233,7 +233,7 @@ def _factor(si: str, label: str) -> float | None:
     text = re.sub(r"^\(1/([^()]+)\)\s*\*?\s*\(([^()]+)\)$", r"\2/\1", label.strip())
     text = re.sub(r"^\(([^()]+)\)(?=/|$)", r"\1", text)
     text = re.sub(r"(?<=[^\W\d_])([1-4])(?![\w.])", r"^\1", text)
-    text = re.sub(r"[^\W\d_][\w']*", lambda word: "gravity" if word[0] in _FREE_FALL else word[0], text)
+    text = re.sub(r"[^\W\d_][\w']*", lambda word: "gravity" if word[0].lower() in _FREE_FALL else word[0], text)
     for spelled in dict.fromkeys((text, text.lower())):
         try:
             return Quantity("unit", si, si).parse(f"1 {spelled}")
