@@ -298,6 +298,10 @@ class Machine(eqx.Module):
         """The machine with every drive rigid: its actuators locked."""
         return self._with_elements(lambda e: _replace(e, stiffness=None) if isinstance(e, Drivable) and e.actuated else e)
 
+    def with_free_drives(self) -> Machine:
+        """The machine with none of its drives locked, whatever its file says; locks of joints without a drive stay."""
+        return self._with_elements(lambda e: _replace(e, locked=None) if isinstance(e, Drivable) and e.actuated else e)
+
     def with_theory(self, theory: Literal["euler-bernoulli", "timoshenko"]) -> Machine:
         """The machine with or without shear deflection of its beams."""
         return _replace(self, theory=theory)

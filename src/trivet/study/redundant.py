@@ -1,0 +1,202 @@
+"""All drives of a machine at work: its spare ones chosen along a path, so that the least of a measure is greatest.
+
+Where the spare drives stand is a smooth function of the path (cubic B-splines), and how fast they go is bounded.  The search
+begins with the best lock sets, which are constant functions, and with the best way over a grid of coordinates, pose after pose
+(bottleneck dynamic programming); it goes on in epigraph form, as that of lock sets does.  So what is found is never below the
+best lock set.  Beside it stands the best that every pose by itself allows: no way of the spare drives is above that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trivet.errors import InputError
+from trivet.kinematics.held import Held
+from trivet.model import Machine
+from trivet.space.family import Family, Places
+from trivet.study.lock_advice import LockAdvice, LocksAdvised, Search, advise_locks
+from trivet.study.lock_search import Miss, Place, Table, polished, span, split, starts, table
+from trivet.study.lock_task import poses_of
+from trivet.study.machines import MachineLike
+from trivet.study.spare_ways import Program, Spline, Stretch, programmed, way_over_grid
+
+Array = NDArray[Any]
+
+RATE = 2.0
+"""Travels of itself that a spare drive may cover along a path, were it to go as fast all along."""
+CHARTS = 2
+"""Best lock sets whose spare drives are let go."""
+SLACK = 1e-9
+"""Part by which rates may seem beyond their bound."""
+
+
+@dataclass(frozen=True)
+class RedundantPath:
+    """All drives along a path; arrays over n places of it."""
+
+    fixed: LocksAdvised
+    """The best lock sets on the same path, beside which it stands."""
+    rate: float
+    place: Array
+    """(n,) coordinate of the path."""
+    places: Places
+    """Poses there."""
+    drives: tuple[str, ...]
+    spare: tuple[str, ...]
+    """Drives in terms of which the choice was made: those that the lock set holds from which it began."""
+    mode: str
+    coordinates: Array
+    """(n, drives) m or rad."""
+    value: Array
+    """(n,) the measure."""
+    on_locks: Array
+    """(n,) the measure with the best lock set."""
+    alone: Array
+    """(n,) the best that the pose allows by itself; NaN at places where it was not sought."""
+
+    @property
+    def machine(self) -> Machine:
+        """Its drives free."""
+        return self.fixed.machine
+
+    @property
+    def least(self) -> float:
+        """The least of the measure."""
+        return float(self.value.min())
+
+    @property
+    def locked_least(self) -> float:
+        """The least with the best lock set."""
+        return float(self.on_locks.min())
+
+    @property
+    def bound(self) -> float:
+        """The least over the poses of what each allows by itself."""
+        return float(np.nanmin(self.alone))
+
+
+def redundant_path(
+    machine: MachineLike,
+    path: Family,
+    objective: str = "K_xx",
+    *,
+    rate: float = RATE,
+    progress: Callable[[str, int, int], None] = lambda doing, done, total: None,
+    **asked: Any,
+) -> RedundantPath:
+    """The best choice of all drives along a path.
+
+    Args:
+        machine: machine, name or file, with more drives than six.
+        path: a family with one coordinate and rolls of its own (`along_path`, `along`).
+        objective: as for `advise_locks`.
+        rate: how far a spare drive may go along the path, in its travels, were it to go as fast all along.
+        progress: called with what is done, and how much of how many.
+        **asked: as for `advise_locks`: modes, low, high, loss_factor.
+
+    Raises:
+        InputError: as `advise_locks`, for poses that are no path, or a rate that is not above zero.
+        NoResultError: no lock set reaches the whole path.
+    """
+    if len(path.spacing) != 1 or path.places(path.coordinates[:1]).roll is None:
+        raise InputError(f"{path.name}: all drives are chosen along a path whose poses have rolls; this is none")
+    if not (rate > 0 and np.isfinite(rate)):
+        raise InputError(f"rate: {rate:g} travels along the path; must be above zero")
+    fixed = advise_locks(machine, path, objective, progress=lambda done, total: progress("lock sets", done, total), **asked)
+    return _Chooser(fixed, path, rate).found(progress)
+
+
+class _Chooser:
+    """The choice along one path."""
+
+    def __init__(self, fixed: LocksAdvised, path: Family, rate: float) -> None:
+        self.fixed, self.rate, self.asked = fixed, rate, fixed.measure
+        place = _halved(path.coordinates[:, 0])
+        self.place = _halved(place)
+        self.places = path.places(self.place[:, None])
+        part = (self.place - place[0]) / (place[-1] - place[0])
+        self.checked = Stretch(part, poses_of(self.places))
+        self.stretch = Stretch(part[::2], self.checked.poses.some(np.arange(0, len(part), 2)))
+
+    def found(self, progress: Callable[[str, int, int], None]) -> RedundantPath:
+        """The best of all that is tried, by its least at twice as many places as it was sought at."""
+        charts = self.fixed.reached[:CHARTS]
+        tried = []
+        for k, advice in enumerate(charts):
+            progress("ways", k, len(charts))
+            tried += self._from(advice)
+        progress("ways", len(charts), len(charts))
+        values = [self.checked.values(self.asked, ways, chosen) for ways, chosen in tried]
+        best = int(np.argmax([own.min() for own in values]))
+        ways, chosen = tried[best]
+        alone = np.full(len(self.place), np.nan)
+        alone[::2] = self._alone(ways, chosen[::2], progress)
+        frames, rolls = self.checked.poses.frames, self.checked.rolls
+        own = [way.coordinates(c, frames, rolls) for way, c in zip(ways, split(ways, chosen), strict=True)]
+        drives = {name: along for each in own for name, along in each.items()}
+        mode = replace(charts[0], place=Place(ways, chosen[0], rolls, values[best])).mode
+        return RedundantPath(
+            self.fixed, self.rate, self.place, self.places, tuple(drives), tuple(n for way in ways for n in way.drives), mode,
+            np.stack([*drives.values()], axis=1), values[best], values[0], alone,
+        )  # fmt: skip
+
+    def _from(self, advice: LockAdvice) -> list[tuple[tuple[Held, ...], Array]]:
+        """Coordinates (n, d) at the checked places: those of the lock set itself, and what is better."""
+        assert advice.place is not None
+        ways, still, spline = advice.place.ways, advice.place.values, Spline(len(self.stretch.part))
+        program = Program(self.asked, ways, self.stretch, spline.matrix(self.stretch.part), max(abs(advice.value), 1e-12))
+        first = np.tile(still, (spline.count, 1))
+        over = way_over_grid(self.asked, ways, self.stretch, self.rate)
+        begun = [first] if over is None else [first, np.linalg.lstsq(program.matrix, over, rcond=None)[0]]
+        done = [(ways, np.tile(still, (len(self.checked.part), 1)))]
+        at = spline.matrix(self.checked.part)
+        for start in begun:
+            found = programmed(program, spline, start, self.rate)
+            # What is beyond a constraint by rounding is drawn towards the lock set, at which nothing moves.
+            for back in (0.0, 1e-8, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1):
+                chosen = found + back * (first - found)
+                pace = np.abs(spline.rates @ (chosen / span(ways))).max(initial=0.0)
+                inside = np.isfinite(self.checked.values(self.asked, ways, at @ chosen))
+                if pace <= self.rate * (1 + SLACK) and np.all(inside):
+                    done.append((ways, at @ chosen))
+                    break
+        return done
+
+    def _alone(self, ways: tuple[Held, ...], chosen: Array, progress: Callable[[str, int, int], None]) -> Array:
+        """(p,) the best that every pose by itself allows, never less than what is chosen."""
+        options, count = self._options(), len(self.stretch.part)
+        best = np.empty(count)
+        for p in range(count):
+            progress("poses by themselves", p, count)
+            one = self.stretch.poses.some(np.array([p]))
+            least = self.stretch._replace(poses=one).values(self.asked, ways, chosen[[p]])
+            begun = [Place(ways, chosen[p], self.stretch.rolls[[p]], least)]
+            tables = [table(self.asked, held, one) for held in options]
+            if not any(isinstance(t, Miss) for t in tables):
+                begun += starts(self.asked, [t for t in tables if isinstance(t, Table)], one, 1)
+            best[p] = max(polished(self.asked, place, one).value for place in begun)
+        progress("poses by themselves", count, count)
+        return best
+
+    def _options(self) -> list[list[Held]]:
+        """Per chain, every way in which some lock set holds it: together they are all that its spare drives can do."""
+        search = Search(self.fixed.machine, self.asked, self.fixed.task, self.fixed.signs)
+        held: list[dict[tuple[str, ...], list[Held]]] = [{} for _ in self.fixed.machine.legs]
+        for locks in self.fixed.sets.whole:
+            with suppress(InputError):
+                for place, own in enumerate(search.ways(locks)):
+                    held[place].setdefault(own[0].joints, own)
+        return [[way for own in each.values() for way in own] for each in held]
+
+
+def _halved(place: Array) -> Array:
+    """Places, and those in the middle between them."""
+    both = np.empty(2 * len(place) - 1)
+    both[::2], both[1::2] = place, (place[1:] + place[:-1]) / 2
+    return both
