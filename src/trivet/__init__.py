@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from trivet.interop.mjcf import to_mjcf, write_mjcf
     from trivet.interop.urdf import to_urdf, write_urdf
     from trivet.kinematics.forward import Forward
+    from trivet.measure.files import read_functions, save_functions
+    from trivet.measure.setup import read_setup
     from trivet.model import Machine, catalogue, dimensions, load, parse, schema, to_text, write
     from trivet.show.figure import figure
     from trivet.space.curve import Limits, Trajectory, circle, straight, through, timed
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
     from trivet.study.atlas_datasets import save_responses
     from trivet.study.comparison import Comparison, compare
     from trivet.study.cone import ConePlan, cone
+    from trivet.study.correlate import Correlation, correlate
     from trivet.study.datasets import save
     from trivet.study.dynamic_comparison import DynamicComparison, compare_dynamics
     from trivet.study.dynamics import DynamicsReport, Loading, dynamics_report
@@ -39,6 +42,8 @@ if TYPE_CHECKING:
     from trivet.study.forward import forward
     from trivet.study.frf import FrequencyResponse, Minimum, frf, minimum_dynamic_stiffness
     from trivet.study.lobes import Lobes, LobesAlong, lobes, lobes_along
+    from trivet.study.lock_advice import LocksAdvised, advise_locks
+    from trivet.study.locks import LockSets, lock_sets
     from trivet.study.machines import switched
     from trivet.study.mode_paths import ModePaths, modes_along
     from trivet.study.modes import ModesReport, modes
@@ -46,6 +51,7 @@ if TYPE_CHECKING:
     from trivet.study.pathfile import read_path
     from trivet.study.plan import Plan, PlanStudy, plan, plan_along, plans
     from trivet.study.pose import PoseReport, pose
+    from trivet.study.redundant import RedundantPath, redundant_path
     from trivet.study.simulation import Simulation, simulate
     from trivet.study.singularity import SingularityReport, singularity_report
     from trivet.study.singularity_map import SingularityMap, singularity_map
@@ -68,6 +74,8 @@ _HOMES = {
     "trivet.interop.mjcf": ("to_mjcf", "write_mjcf"),
     "trivet.interop.urdf": ("to_urdf", "write_urdf"),
     "trivet.kinematics.forward": ("Forward",),
+    "trivet.measure.files": ("read_functions", "save_functions"),
+    "trivet.measure.setup": ("read_setup",),
     "trivet.model": ("Machine", "catalogue", "dimensions", "load", "parse", "schema", "to_text", "write"),
     "trivet.show.figure": ("figure",),
     "trivet.space.curve": ("Limits", "Trajectory", "circle", "straight", "through", "timed"),
@@ -79,6 +87,7 @@ _HOMES = {
     "trivet.study.atlas_datasets": ("save_responses",),
     "trivet.study.comparison": ("Comparison", "compare"),
     "trivet.study.cone": ("ConePlan", "cone"),
+    "trivet.study.correlate": ("Correlation", "correlate"),
     "trivet.study.datasets": ("save",),
     "trivet.study.dynamic_comparison": ("DynamicComparison", "compare_dynamics"),
     "trivet.study.dynamics": ("DynamicsReport", "Loading", "dynamics_report"),
@@ -86,6 +95,8 @@ _HOMES = {
     "trivet.study.forward": ("forward",),
     "trivet.study.frf": ("FrequencyResponse", "Minimum", "frf", "minimum_dynamic_stiffness"),
     "trivet.study.lobes": ("Lobes", "LobesAlong", "lobes", "lobes_along"),
+    "trivet.study.lock_advice": ("LocksAdvised", "advise_locks"),
+    "trivet.study.locks": ("LockSets", "lock_sets"),
     "trivet.study.machines": ("switched",),
     "trivet.study.mode_paths": ("ModePaths", "modes_along"),
     "trivet.study.modes": ("ModesReport", "modes"),
@@ -93,6 +104,7 @@ _HOMES = {
     "trivet.study.pathfile": ("read_path",),
     "trivet.study.plan": ("Plan", "PlanStudy", "plan", "plan_along", "plans"),
     "trivet.study.pose": ("PoseReport", "pose"),
+    "trivet.study.redundant": ("RedundantPath", "redundant_path"),
     "trivet.study.simulation": ("Simulation", "simulate"),
     "trivet.study.singularity": ("SingularityReport", "singularity_report"),
     "trivet.study.singularity_map": ("SingularityMap", "singularity_map"),
@@ -110,17 +122,19 @@ _HOMES = {
 }
 
 __all__ = [
-    "Atlas", "Change", "Comparison", "ConePlan", "Cut", "DynamicComparison", "DynamicsReport", "Family", "Forward",
-    "FrequencyResponse", "InputError", "Limits", "Loading", "Lobes", "LobesAlong", "Machine", "Minimum", "ModePaths",
-    "ModesReport", "MotionReport", "NoResultError", "OrientationReport", "Plan", "PlanStudy", "PoseReport", "Simulation",
-    "SingularityMap", "SingularityReport", "SolidCheck", "StiffnessMap", "Surface", "TiltReport", "TiltStudy", "Trajectory",
-    "TrivetError", "WorkspaceReport", "WorkspaceStudy", "advice", "along", "along_path", "atlas", "catalogue", "circle",
-    "compare", "compare_dynamics", "cone", "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere",
-    "in_block", "load", "lobes", "lobes_along", "minimum_dynamic_stiffness", "modes", "modes_along", "motion",
-    "orientation_workspace", "over_hemisphere", "parse", "plan", "plan_along", "plans", "pose", "read_path", "save",
-    "save_responses", "schema", "simulate", "singularity_map", "singularity_report", "solid_check", "stiffness_map",
-    "straight", "switched", "through", "tilt", "tilts", "timed", "to_calculix", "to_mjcf", "to_text", "to_urdf", "workspace",
-    "workspaces", "write", "write_calculix", "write_mjcf", "write_urdf", "zyz_frame",
+    "Atlas", "Change", "Comparison", "ConePlan", "Correlation", "Cut", "DynamicComparison", "DynamicsReport", "Family",
+    "Forward", "FrequencyResponse", "InputError", "Limits", "Loading", "Lobes", "LobesAlong", "LockSets", "LocksAdvised",
+    "Machine", "Minimum", "ModePaths", "ModesReport", "MotionReport", "NoResultError", "OrientationReport", "Plan",
+    "PlanStudy", "PoseReport", "RedundantPath", "Simulation", "SingularityMap", "SingularityReport", "SolidCheck",
+    "StiffnessMap", "Surface", "TiltReport", "TiltStudy", "Trajectory", "TrivetError", "WorkspaceReport", "WorkspaceStudy",
+    "advice", "advise_locks", "along", "along_path", "atlas", "catalogue", "circle", "compare", "compare_dynamics", "cone",
+    "correlate", "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere", "in_block", "load", "lobes",
+    "lobes_along", "lock_sets", "minimum_dynamic_stiffness", "modes", "modes_along", "motion", "orientation_workspace",
+    "over_hemisphere", "parse", "plan", "plan_along", "plans", "pose", "read_functions", "read_path", "read_setup",
+    "redundant_path", "save", "save_functions", "save_responses", "schema", "simulate", "singularity_map",
+    "singularity_report", "solid_check", "stiffness_map", "straight", "switched", "through", "tilt", "tilts", "timed",
+    "to_calculix", "to_mjcf", "to_text", "to_urdf", "workspace", "workspaces", "write", "write_calculix", "write_mjcf",
+    "write_urdf", "zyz_frame",
 ]  # fmt: skip
 
 

@@ -19,6 +19,7 @@ from trivet.show.drawing import draw
 from trivet.show.dynamic_comparison import draw_dynamics, draw_whole
 from trivet.show.histories import draw_motion, draw_simulation
 from trivet.show.lobes import draw_lobes
+from trivet.show.locks import draw_locks
 from trivet.show.maps import draw_map
 from trivet.show.measured import draw_measured
 from trivet.show.measured_points import draw_points
@@ -38,11 +39,13 @@ from trivet.study.correlate import Correlation, MappedPoints, ShownCorrelation
 from trivet.study.dynamic_comparison import DynamicComparison
 from trivet.study.frf import FrequencyResponse
 from trivet.study.lobes import Lobes, LobesAlong
+from trivet.study.lock_advice import LocksAdvised
 from trivet.study.mode_paths import ModePaths
 from trivet.study.modes import ModesReport
 from trivet.study.motion import MotionReport
 from trivet.study.plan import Plan, PlanStudy
 from trivet.study.pose import PoseReport
+from trivet.study.redundant import RedundantPath
 from trivet.study.response_summary import ShownResponse
 from trivet.study.simulation import Simulation
 from trivet.study.singularity import SingularityReport
@@ -60,7 +63,8 @@ def figure(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False
 
     Args:
         result: a Machine (at home), or what `pose`, `forward`, `singularity_report`, `stiffness_map`, `singularity_map`,
-            `compare`, `compare_dynamics`, `modes`, `modes_along`, `frf`, `lobes`, `lobes_along`, `solid_check`, `motion`,
+            `compare`, `compare_dynamics`, `modes`, `modes_along`, `frf`, `lobes`, `lobes_along`, `advise_locks`,
+            `redundant_path`, `solid_check`, `motion`,
             `simulate`, `tilt`, `workspace`, `plan` or `cone` gave.
         path: file to write; .png is a picture, .html a page that needs no network.
         overwrite: whether the file may be replaced.
@@ -166,6 +170,11 @@ def _(result: Imported, path: str | os.PathLike[str], *, overwrite: bool = False
 @figure.register
 def _(result: ModalFit, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     draw_modal_fit(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: LocksAdvised | RedundantPath, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_locks(result, path, overwrite=overwrite)
 
 
 @figure.register

@@ -23,6 +23,8 @@ from trivet.study.dynamic_comparison import DynamicComparison
 from trivet.study.dynamics_datasets import motion_dataset, simulation_dataset
 from trivet.study.frf import FrequencyResponse
 from trivet.study.lobes import Lobes, LobesAlong
+from trivet.study.lock_advice import LocksAdvised
+from trivet.study.lock_datasets import advice_dataset, redundant_dataset
 from trivet.study.measure_datasets import correlation_dataset
 from trivet.study.modal_fit_dataset import fit_dataset
 from trivet.study.mode_paths import ModePaths
@@ -31,6 +33,7 @@ from trivet.study.motion import MotionReport
 from trivet.study.plan import Plan, PlanStudy
 from trivet.study.plan_datasets import cone_dataset, plan_datasets
 from trivet.study.reach_datasets import orientation_dataset, tilt_datasets, workspace_datasets
+from trivet.study.redundant import RedundantPath
 from trivet.study.response_summary import ShownResponse
 from trivet.study.simulation import Simulation
 from trivet.study.singularity_map import SingularityMap
@@ -119,7 +122,8 @@ def save(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False) 
 
     Args:
         result: what `stiffness_map`, `atlas`, `singularity_map`, `compare`, `compare_dynamics`, `modes`, `modes_along`, `frf`,
-            `lobes`, `lobes_along`, `solid_check`, `motion`, `simulate`, `tilt`, `workspace`, `plan` or `cone` gave.
+            `lobes`, `lobes_along`, `advise_locks`, `redundant_path`, `solid_check`, `motion`, `simulate`, `tilt`,
+            `workspace`, `plan` or `cone` gave.
         path: file to write; it appears whole or not at all.
         overwrite: whether the file may be replaced.
 
@@ -180,6 +184,16 @@ def _(result: LobesAlong, path: str | os.PathLike[str], *, overwrite: bool = Fal
 @save.register
 def _(result: Imported, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     save_functions(result.functions, path, overwrite=overwrite)
+
+
+@save.register
+def _(result: LocksAdvised, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_netcdf(advice_dataset(result), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: RedundantPath, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_netcdf(redundant_dataset(result), path, overwrite=overwrite)
 
 
 @save.register

@@ -1,0 +1,188 @@
+"""Advice on locks as bars, and all drives along a path as curves."""
+
+from __future__ import annotations
+
+import html
+import os
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from trivet.files import replacing
+from trivet.model.elements import Drivable
+from trivet.show.maps import check_suffix
+from trivet.show.palette import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION
+from trivet.study.lock_advice import LocksAdvised
+from trivet.study.lock_measures import Measure
+from trivet.study.redundant import RedundantPath
+
+GRID = "#EBEBEB"
+SERIES = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILLION)
+DASHES = {"solid": "-", "dash": "--", "dot": ":"}
+MOST_BARS = 30
+
+
+class Curve(NamedTuple):
+    """A curve over the path."""
+
+    name: str
+    at: np.ndarray
+    values: np.ndarray
+    """As shown."""
+    colour: str
+    dash: str
+
+
+def draw_locks(result: LocksAdvised | RedundantPath, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    """Draw advice or drives (PNG or self-contained HTML)."""
+    suffix = check_suffix(path)
+    with replacing(path, overwrite=overwrite) as temporary:
+        if isinstance(result, RedundantPath):
+            (_path_picture if suffix == ".png" else _path_page)(result, temporary)
+        else:
+            (_bar_picture if suffix == ".png" else _bar_page)(result, temporary)
+
+
+def title(result: LocksAdvised | RedundantPath) -> list[str]:
+    """The machine, and the task."""
+    fixed = result.fixed if isinstance(result, RedundantPath) else result
+    about = fixed.machine.about.title
+    first = f"{fixed.machine.name}: {about}" if about else fixed.machine.name
+    words = "all drives at work" if isinstance(result, RedundantPath) else "which drives to lock"
+    return [first, f"{fixed.task.name}, roll {fixed.task.roll}: {words} for the greatest {fixed.measure.name}"]
+
+
+def scale(asked: Measure) -> tuple[float, str]:
+    """Factor and label of an axis of a measure."""
+    if asked.unit == "N/m":
+        return 1e-6, f"least {asked.name}, N/µm"
+    return 1.0, f"least {asked.name}" + (f", {asked.unit}" if asked.unit else "")
+
+
+def bars(result: LocksAdvised) -> tuple[list[str], np.ndarray, np.ndarray]:
+    """Names of the lock sets that reach the task, the least value of each and the greatest over the task, the best first."""
+    factor, _ = scale(result.measure)
+    shown = result.reached[:MOST_BARS]
+    most = [factor * float(a.place.least.max()) for a in shown if a.place is not None]
+    return [a.locks.name for a in shown], factor * np.array([a.value for a in shown]), np.array(most)
+
+
+def value_curves(result: RedundantPath) -> list[Curve]:
+    """The measure over the path: all drives at work, the best locks, every pose by itself."""
+    factor, _ = scale(result.fixed.measure)
+    known = np.isfinite(result.alone)
+    return [
+        Curve("every pose by itself", result.place[known], factor * result.alone[known], ORANGE, "dot"),
+        Curve("all drives at work", result.place, factor * result.value, BLUE, "solid"),
+        Curve("best locks", result.place, factor * result.on_locks, VERMILLION, "dash"),
+    ]
+
+
+def drive_curves(result: RedundantPath) -> list[Curve]:
+    """The drives over the path as parts of their travel; in m or rad from their start where they have none."""
+    joints = {f"{leg.name}.{e.name}": e for leg in result.machine.legs for e in leg.chain.elements if isinstance(e, Drivable)}
+    chains = list(dict.fromkeys(name.partition(".")[0] for name in result.drives))
+    found = []
+    for k, name in enumerate(result.drives):
+        travel, own = joints[name].travel, result.coordinates[:, k]
+        low, width = (own[0], 1.0) if travel is None else (float(travel[0]), float(travel[1]) - float(travel[0]))
+        place, rank = (
+            chains.index(name.partition(".")[0]),
+            sum(n.partition(".")[0] == name.partition(".")[0] for n in result.drives[:k]),
+        )
+        found.append(Curve(name, result.place, (own - low) / width, SERIES[place % len(SERIES)], [*DASHES][rank % len(DASHES)]))
+    return found
+
+
+def _figure(result: LocksAdvised | RedundantPath) -> Any:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure: Any = Figure(figsize=(12, 9), dpi=100)
+    FigureCanvasAgg(figure)
+    for line, (text, size) in enumerate(zip(title(result), (17, 13), strict=True)):
+        figure.text(0.02, 0.955 - 0.035 * line, text, fontsize=size)
+    return figure
+
+
+def _style(axes: Any) -> None:
+    axes.set_axisbelow(True)
+    axes.grid(color=GRID, linewidth=0.8)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def _bar_picture(result: LocksAdvised, path: Path) -> None:
+    figure = _figure(result)
+    axes = figure.add_axes((0.36, 0.08, 0.6, 0.78))
+    names, least, most = bars(result)
+    at, (factor, label) = np.arange(len(names)), scale(result.measure)
+    axes.barh(at, least, color=BLUE, height=0.6, label="least over the task")
+    axes.plot(most, at, "|", color=ORANGE, markersize=14, markeredgewidth=2, label="greatest over the task")
+    if np.isfinite(result.as_is):
+        axes.axvline(factor * result.as_is, color=VERMILLION, linestyle="--", linewidth=1.4, label="as the file locks")
+    axes.set_yticks(at, labels=names, fontsize=10)
+    axes.invert_yaxis()
+    axes.set_xlabel(label, fontsize=12)
+    _style(axes)
+    axes.legend(loc="lower right", bbox_to_anchor=(1.01, 1.005), ncols=3, fontsize=11, frameon=False)
+    figure.savefig(path, format="png")
+
+
+def _path_picture(result: RedundantPath, path: Path) -> None:
+    figure = _figure(result)
+    upper, lower = figure.add_axes((0.09, 0.53, 0.72, 0.33)), figure.add_axes((0.09, 0.075, 0.72, 0.38))
+    for axes, curves in ((upper, value_curves(result)), (lower, drive_curves(result))):
+        for curve in curves:
+            axes.plot(curve.at, curve.values, color=curve.colour, linestyle=DASHES[curve.dash], linewidth=1.8, label=curve.name)
+        _style(axes)
+        axes.margins(x=0)
+        axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.02), fontsize=10, frameon=False)
+    upper.set_ylabel(scale(result.fixed.measure)[1].removeprefix("least "), fontsize=12)
+    lower.set_ylabel("drive, parts of its travel", fontsize=12)
+    lower.set_xlabel("pose of the path", fontsize=12)
+    figure.savefig(path, format="png")
+
+
+def _bar_page(result: LocksAdvised, path: Path) -> None:
+    import plotly.graph_objects as go
+
+    names, least, most = bars(result)
+    factor, label = scale(result.measure)
+    page = go.Figure()
+    page.add_bar(x=least.tolist(), y=names, orientation="h", marker_color=BLUE, name="least over the task")
+    marker = {"symbol": "line-ns", "size": 14, "line": {"width": 2, "color": ORANGE}}
+    page.add_scatter(x=most.tolist(), y=names, mode="markers", marker=marker, name="greatest over the task")
+    if np.isfinite(result.as_is):
+        page.add_vline(x=factor * result.as_is, line={"color": VERMILLION, "dash": "dash"}, annotation_text="as the file locks")
+    page.update_yaxes(autorange="reversed")
+    page.update_xaxes(title_text=label, showgrid=True, gridcolor=GRID)
+    _written(page, result, path)
+
+
+def _path_page(result: RedundantPath, path: Path) -> None:
+    from plotly.subplots import make_subplots
+
+    page = make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.08)
+    for row, curves in ((1, value_curves(result)), (2, drive_curves(result))):
+        for curve in curves:
+            page.add_scatter(
+                x=curve.at.tolist(), y=curve.values.tolist(), mode="lines", name=curve.name, row=row, col=1,
+                line={"color": curve.colour, "dash": curve.dash, "width": 2},
+            )  # fmt: skip
+    page.update_yaxes(
+        title_text=scale(result.fixed.measure)[1].removeprefix("least "), row=1, col=1, gridcolor=GRID, showgrid=True
+    )
+    page.update_yaxes(title_text="drive, parts of its travel", row=2, col=1, gridcolor=GRID, showgrid=True)
+    page.update_xaxes(title_text="pose of the path", row=2, col=1)
+    _written(page, result, path)
+
+
+def _written(page: Any, result: LocksAdvised | RedundantPath, path: Path) -> None:
+    first, *rest = (html.escape(line) for line in title(result))
+    small = "".join(f'<br><span style="font-size:13px">{line}</span>' for line in rest)
+    page.update_layout(
+        title={"text": first + small, "font": {"size": 17}, "x": 0.02, "y": 0.97, "yanchor": "top"},
+        template="simple_white", margin={"t": 110, "b": 60},
+    )  # fmt: skip
+    page.write_html(path, include_plotlyjs=True, include_mathjax=False, full_html=True, default_height="96vh")
