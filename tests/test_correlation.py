@@ -152,6 +152,9 @@ def test_principal_angles() -> None:
     np.testing.assert_allclose(found, (1 + math.cos(t) ** 2) / 2)
     assert c.runs(np.array([1.0, 1.0001, 2, 3, 3.0001, 3.0002])) == [[0, 1], [2], [3, 4, 5]]
     assert c.runs(np.array([])) == []
+    single, pair = modes([10], e[:, :1]), modes([10, 10], turned)
+    for found in (c.mac_of_spaces(single, pair).T, c.mac_of_spaces(pair, single)):
+        np.testing.assert_allclose(found, [[1], [1]])
     # One channel sees one direction, of however many modes.
     assert c.mac_of_spaces(modes([10, 10], e[:1, :2] + 1), modes([10], e[:1, :1]))[0, 0] == pytest.approx(1)
 
