@@ -221,6 +221,7 @@ WRONG: list[tuple[str, str]] = [
     (TABLE[:-12], "line 11: has"),
     (TABLE + '13,"0.5', "line 12: is no row of comma-separated values"),
     (changed("10,0.0123", f"10,{'1' * 200_000}"), "field larger than field limit"),
+    (changed("10,0.0123", f"10{',' * 4_000_000}"), "line 10: is longer than 3000000 letters"),
 ]  # fmt: skip
 
 

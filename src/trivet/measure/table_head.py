@@ -20,6 +20,8 @@ PARTS = ("real", "imag", "amplitude", "phase", "coherence")
 PAIRS = (PARTS[:2], PARTS[2:4])
 LETTERS = 32
 """Of a number in a file, at most."""
+LONGEST_LINE = 3_000_000
+"""Letters of a line, at most: a row is in memory as a whole."""
 _KINDS = {
     "frequency": Quantity("frequency", "Hz", "Hz"),
     "phase": Quantity("angle", "rad", "deg"),
@@ -68,7 +70,7 @@ class Rows:
 
     def __init__(self, name: str, file: TextIO) -> None:
         self.name = name
-        self._rows = csv.reader(file, strict=True)
+        self._rows = csv.reader(self._lines(file), strict=True)
 
     def __iter__(self) -> Iterator[list[str]]:
         """Rows with anything in them."""
@@ -78,6 +80,12 @@ class Rows:
                     yield row
         except csv.Error as error:
             raise self.error(f"is no row of comma-separated values: {error}") from None
+
+    def _lines(self, file: TextIO) -> Iterator[str]:
+        while line := file.readline(LONGEST_LINE):
+            if len(line) == LONGEST_LINE:
+                raise InputError(f"{self.name}: line {self._rows.line_num + 1}: is longer than {LONGEST_LINE} letters")
+            yield line
 
     @property
     def line(self) -> int:
