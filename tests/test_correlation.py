@@ -155,6 +155,10 @@ def test_principal_angles() -> None:
     single, pair = modes([10], e[:, :1]), modes([10, 10], turned)
     for found in (c.mac_of_spaces(single, pair).T, c.mac_of_spaces(pair, single)):
         np.testing.assert_allclose(found, [[1], [1]])
+    # Modes of a pair that channels see alike span one direction.
+    other = noise(6, 2)
+    same = other[:, :1] * np.array([[1.0, 2j]])
+    np.testing.assert_allclose(c.mac_of_spaces(modes([10, 10], same), modes([10, 10], other)), 1)
     # One channel sees one direction, of however many modes.
     assert c.mac_of_spaces(modes([10, 10], e[:1, :2] + 1), modes([10], e[:1, :1]))[0, 0] == pytest.approx(1)
 
