@@ -22,7 +22,10 @@ if TYPE_CHECKING:
     from trivet.interop.urdf import to_urdf, write_urdf
     from trivet.kinematics.forward import Forward
     from trivet.measure.files import read_functions, save_functions
+    from trivet.measure.importing import import_files
     from trivet.measure.setup import read_setup
+    from trivet.measure.universal import read_universal
+    from trivet.measure.universal_write import write_universal
     from trivet.model import Machine, catalogue, dimensions, load, parse, schema, to_text, write
     from trivet.show.figure import figure
     from trivet.space.curve import Limits, Trajectory, circle, straight, through, timed
@@ -75,7 +78,10 @@ _HOMES = {
     "trivet.interop.urdf": ("to_urdf", "write_urdf"),
     "trivet.kinematics.forward": ("Forward",),
     "trivet.measure.files": ("read_functions", "save_functions"),
+    "trivet.measure.importing": ("import_files",),
     "trivet.measure.setup": ("read_setup",),
+    "trivet.measure.universal": ("read_universal",),
+    "trivet.measure.universal_write": ("write_universal",),
     "trivet.model": ("Machine", "catalogue", "dimensions", "load", "parse", "schema", "to_text", "write"),
     "trivet.show.figure": ("figure",),
     "trivet.space.curve": ("Limits", "Trajectory", "circle", "straight", "through", "timed"),
@@ -128,13 +134,13 @@ __all__ = [
     "PlanStudy", "PoseReport", "RedundantPath", "Simulation", "SingularityMap", "SingularityReport", "SolidCheck",
     "StiffnessMap", "Surface", "TiltReport", "TiltStudy", "Trajectory", "TrivetError", "WorkspaceReport", "WorkspaceStudy",
     "advice", "advise_locks", "along", "along_path", "atlas", "catalogue", "circle", "compare", "compare_dynamics", "cone",
-    "correlate", "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere", "in_block", "load", "lobes",
-    "lobes_along", "lock_sets", "minimum_dynamic_stiffness", "modes", "modes_along", "motion", "orientation_workspace",
+    "correlate", "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere", "import_files", "in_block", "load",
+    "lobes", "lobes_along", "lock_sets", "minimum_dynamic_stiffness", "modes", "modes_along", "motion", "orientation_workspace",
     "over_hemisphere", "parse", "plan", "plan_along", "plans", "pose", "read_functions", "read_path", "read_setup",
-    "redundant_path", "save", "save_functions", "save_responses", "schema", "simulate", "singularity_map",
+    "read_universal", "redundant_path", "save", "save_functions", "save_responses", "schema", "simulate", "singularity_map",
     "singularity_report", "solid_check", "stiffness_map", "straight", "switched", "through", "tilt", "tilts", "timed",
     "to_calculix", "to_mjcf", "to_text", "to_urdf", "workspace", "workspaces", "write", "write_calculix", "write_mjcf",
-    "write_urdf", "zyz_frame",
+    "write_universal", "write_urdf", "zyz_frame",
 ]  # fmt: skip
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from trivet.cli.views.layout import table
 from trivet.cli.views.si import finite
+from trivet.measure.functions import Channel
 from trivet.measure.universal_join import Imported
 
 ROWS = 40
@@ -95,6 +96,10 @@ def _unused(found: Imported) -> Any:
     return _more(rows, len(kinds))
 
 
+def _channel(channel: Channel) -> dict[str, Any]:
+    return {"point": channel.point, "direction": list(channel.direction), "is_rotation": channel.is_rotation}
+
+
 def as_json(found: Imported) -> dict[str, Any]:
     """All but the values, which are in the file of --data."""
     functions = found.functions
@@ -106,8 +111,8 @@ def as_json(found: Imported) -> dict[str, Any]:
         "frequency_Hz": finite(functions.frequency),
         "functions": [
             {
-                "response": str(response),
-                "reference": str(reference),
+                "response": _channel(response),
+                "reference": _channel(reference),
                 "motion": motion,
                 "unit_in_file": unit,
                 "lowest_coherence": finite(lowest[k]),
