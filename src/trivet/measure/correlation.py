@@ -22,7 +22,7 @@ from scipy.optimize import linear_sum_assignment
 
 ALIKE = 2e-3
 """Relative distance of frequencies up to which modes of one set are compared as the space that they span: any mixture of modes
-that coincide is one, and measured ones near each other are mixed by the least asymmetry (physics.md, section 7)."""
+that coincide is one, and measured ones near each other are mixed by the least asymmetry."""
 OCTAVE = 0.5
 """What an octave between frequencies counts in pairing, beside a MAC of 1: few channels hardly tell modes apart."""
 LEAST = 0.3
@@ -132,6 +132,14 @@ def pairs(measured: ModeSet, computed: ModeSet) -> list[Pair]:
         for row, column in zip(rows, columns, strict=True)
         if alike[row, column] >= LEAST
     ]
+
+
+def assigned(measured: ModeSet, computed: ModeSet) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Measured and computed modes, (p,) and (p,), one to one, however little they are alike; and the MAC of all (m, k)."""
+    alike = mac_of_spaces(measured, computed)
+    apart = np.abs(np.log2(computed.frequency[None, :] / measured.frequency[:, None]))
+    rows, columns = linear_sum_assignment(1 - np.nan_to_num(alike) + OCTAVE * apart)
+    return rows, columns, alike
 
 
 def matched(measured: ModeSet, computed: ModeSet, found: list[Pair]) -> tuple[np.ndarray, np.ndarray]:

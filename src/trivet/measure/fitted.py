@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +27,26 @@ class FittedModes(NamedTuple):
     """(o,) where the shapes are known."""
     modes: ModeSet
     """With shapes (o, m) in displacement: m, and rad where channels turn."""
+
+    def among(self, channels: Sequence[Channel], length: float) -> FittedModes:
+        """By frequency, at those of some channels which the fit has; where they turn in m, times a length.
+
+        Raises:
+            InputError: where the fit has none of them.
+        """
+        own = tuple(channel for channel in channels if channel in self.channels)
+        if not own:
+            known = ", ".join(str(channel) for channel in channels[:5])
+            raise InputError(f"the fit has none of the channels of the functions ({known}, …); fit these functions")
+        order = np.argsort(self.modes.frequency)
+        rows = [self.channels.index(channel) for channel in own]
+        shapes = units(own, length) * self.modes.shapes[rows][:, order]
+        return FittedModes(own, ModeSet(self.modes.frequency[order], self.modes.damping[order], shapes))
+
+
+def units(channels: Sequence[Channel], length: float) -> np.ndarray:
+    """(o, 1) what makes displacements at channels comparable: a length (m) where they turn, else 1."""
+    return np.array([length if channel.is_rotation else 1.0 for channel in channels])[:, None]
 
 
 def read_fitted(path: str | os.PathLike[str]) -> FittedModes:

@@ -6,13 +6,17 @@ Frequencies are those of a mesh fine enough that its error (below 1e-3) does not
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.optimize
 
+from trivet.measure.correlation import ModeSet
+from trivet.measure.fitted import units
+from trivet.measure.functions import Channel
 from trivet.measure.parameters import Parameters
-from trivet.measure.predicted import STEP, Model, with_sites
+from trivet.measure.predicted import STEP, with_sites
+from trivet.measure.setup import Placed
 from trivet.model import Machine
 from trivet.vibration.exact import pieces
 from trivet.vibration.mesh import Mesh, mesh
@@ -23,21 +27,6 @@ FINE = 0.4
 BEYOND = 1.6
 """Modes of the machine are looked at up to so many times the highest measured frequency."""
 MOST_MODES = 80
-ALIKE = 2e-3
-"""Relative distance of frequencies within which modes are compared as a subspace: a basis of it is anybody's choice."""
-OCTAVE = 0.5
-"""What an octave between frequencies counts in pairing, beside a MAC of 1."""
-
-
-class Poles(NamedTuple):
-    """m measured poles."""
-
-    frequency: np.ndarray
-    """(m,) Hz."""
-    damping: np.ndarray
-    """(m,) ratios."""
-    shapes: np.ndarray
-    """(o, m) complex, at the outputs of the `Model`, of any scale."""
 
 
 class ModelModes(NamedTuple):
@@ -52,7 +41,12 @@ class ModelModes(NamedTuple):
     vectors: np.ndarray
     """(q, k) of unit modal mass."""
     shapes: np.ndarray
-    """(o, k) at the outputs."""
+    """(o, k) at the channels; where these turn in m, times the machine's characteristic length."""
+
+    @property
+    def as_set(self) -> ModeSet:
+        """As modes are compared."""
+        return ModeSet(self.frequency, self.damping, self.shapes)
 
 
 class PolesOf(NamedTuple):
@@ -64,42 +58,26 @@ class PolesOf(NamedTuple):
     """(2 m, p) with respect to theta."""
 
 
-def modes_of(model: Model, machine: Machine, loss_factor: float, highest: float) -> ModelModes:
-    """Modes up to a highest frequency (Hz), and some more.
+def modes_of(placed: Placed, machine: Machine, loss_factor: float, highest: float, channels: Sequence[Channel]) -> ModelModes:
+    """Modes up to a highest frequency (Hz), and some more, with shapes at some channels.
 
     Raises:
         NoResultError: the machine moves without resistance.
     """
-    structure, sites = with_sites(machine, model.placed)
+    structure, sites = with_sites(machine, placed)
     elements = pieces(structure, 2 * math.pi * BEYOND * highest, FINE)
     chosen = mesh(structure, elements)
     frequency, vectors = held_modes(machine.name, chosen, MOST_MODES)
     keep = max(1, int(np.searchsorted(frequency, BEYOND * highest)))
     frequency, vectors = frequency[:keep], vectors[:, :keep]
-    rows = [model.placed.along(c)[None] @ chosen.rows(sites[c.point].node, sites[c.point].at) for c in model.outputs]
+    rows = [placed.along(c)[None] @ chosen.rows(sites[c.point].node, sites[c.point].at) for c in channels]
     damping = np.exp(_log_poles(chosen, vectors, loss_factor)[keep:])
-    return ModelModes(elements, frequency, damping, vectors, np.concatenate(rows) @ vectors)
-
-
-def pairing(measured: Poles, found: ModelModes) -> np.ndarray:
-    """(m,) which mode of the machine each measured one is: by MAC, and by frequency where shapes say little.
-
-    The shape of a measured mode is compared with the subspace of all modes of one frequency.
-    """
-    mac = np.empty((len(measured.frequency), len(found.frequency)))
-    for k, own in enumerate(found.frequency):
-        cluster = np.abs(found.frequency / own - 1) < ALIKE
-        base, size, _ = np.linalg.svd(found.shapes[:, cluster], full_matrices=False)
-        base = base[:, size > 1e-9 * size[0]]
-        inside = np.linalg.norm(base.conj().T @ measured.shapes, axis=0)
-        mac[:, k] = (inside / np.linalg.norm(measured.shapes, axis=0)) ** 2
-    apart = np.abs(np.log2(found.frequency / measured.frequency[:, None]))
-    _, order = scipy.optimize.linear_sum_assignment(1 - mac + OCTAVE * apart)
-    return np.asarray(order)
+    shapes = units(channels, float(machine.characteristic_length)) * (np.concatenate(rows) @ vectors)
+    return ModelModes(elements, frequency, damping, vectors, shapes)
 
 
 def poles_of(
-    model: Model,
+    placed: Placed,
     machine: Machine,
     loss_factor: float,
     free: Parameters,
@@ -114,7 +92,7 @@ def poles_of(
         ends = []
         for sign in (1, -1):
             changed, loss = free.applied(machine, loss_factor, theta + sign * step * np.eye(len(theta))[k])
-            structure, _ = with_sites(changed, model.placed)
+            structure, _ = with_sites(changed, placed)
             ends.append(_log_poles(mesh(structure, found.elements), vectors, float(loss)))
         columns.append((ends[0] - ends[1]) / (2 * step))
     own = found.frequency[order], found.damping[order]

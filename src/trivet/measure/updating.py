@@ -25,8 +25,10 @@ import numpy as np
 import scipy.optimize
 
 from trivet.errors import NoResultError
+from trivet.measure.correlation import assigned
+from trivet.measure.fitted import FittedModes
 from trivet.measure.functions import Functions
-from trivet.measure.model_modes import Poles, modes_of, pairing, poles_of
+from trivet.measure.model_modes import modes_of, poles_of
 from trivet.measure.parameters import Parameters
 from trivet.measure.predicted import Model, Slopes
 from trivet.measure.setup import Placed
@@ -57,8 +59,8 @@ class Problem(NamedTuple):
     placed: Placed
     functions: Functions
     free: Parameters
-    poles: Poles | None
-    """With shapes at the outputs of `model`."""
+    poles: FittedModes | None
+    """Modes that were fitted, with shapes at placed channels."""
     loss_factor: float
     model: Model
 
@@ -126,14 +128,15 @@ class _Residuals:
         self._theta, self._found = theta.copy(), (np.concatenate(values), np.concatenate(slopes))
         return self._found
 
-    def _of_poles(self, theta: np.ndarray, poles: Poles) -> tuple[np.ndarray, np.ndarray]:
+    def _of_poles(self, theta: np.ndarray, poles: FittedModes) -> tuple[np.ndarray, np.ndarray]:
         problem = self.problem
         machine, loss = problem.at(theta)
-        found = modes_of(problem.model, machine, loss, float(poles.frequency.max()))
-        self.order = pairing(poles, found)
-        own = poles_of(problem.model, problem.machine, problem.loss_factor, problem.free, theta, found, self.order)
-        over = 1 / np.repeat([FREQUENCY_ERROR, DAMPING_ERROR], len(poles.frequency))
-        return over * (own.values - np.log(np.concatenate(poles[:2]))), over[:, None] * own.slopes
+        frequency, damping, _ = poles.modes
+        found = modes_of(problem.placed, machine, loss, float(frequency.max()), poles.channels)
+        _, self.order, _ = assigned(poles.modes, found.as_set)
+        own = poles_of(problem.placed, problem.machine, problem.loss_factor, problem.free, theta, found, self.order)
+        over = 1 / np.repeat([FREQUENCY_ERROR, DAMPING_ERROR], len(frequency))
+        return over * (own.values - np.log(np.concatenate([frequency, damping]))), over[:, None] * own.slopes
 
 
 def updated(problem: Problem, progress: Callable[[int], None] = lambda count: None) -> Updated:
@@ -206,7 +209,7 @@ def floor(functions: Functions) -> np.ndarray:
 
 
 def is_seen(functions: Functions) -> np.ndarray:
-    """(q, n) whether what was measured is above the floor: what is below says nothing of how far machine and model are apart."""
+    """(q, n) whether what was measured is above the floor: what is below does not say how far machine and model are apart."""
     above: np.ndarray = np.abs(functions.receptance) > floor(functions)
     return above
 

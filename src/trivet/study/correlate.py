@@ -16,7 +16,7 @@ from trivet.measure.correlation import ModeSet, Pair
 from trivet.measure.fitted import FittedModes
 from trivet.measure.functions import Channel, Functions
 from trivet.measure.model_modes import modes_of
-from trivet.measure.predicted import Model, predicted
+from trivet.measure.predicted import predicted
 from trivet.measure.setup import Placed, Setup, placed
 from trivet.study.machines import MachineLike, choose
 
@@ -158,19 +158,9 @@ def correlate(
 
 def _modes(at: Placed, functions: Functions, fit: FittedModes, loss_factor: float) -> ModesBeside:
     """Fitted modes and those of the machine at the channels which fit and functions have in common."""
-    model = Model.of(at, functions)
-    channels = tuple(channel for channel in model.outputs if channel in fit.channels)
-    if not channels:
-        known = ", ".join(str(channel) for channel in model.outputs[:5])
-        raise InputError(f"the fit has none of the channels of the functions ({known}, …); fit these functions")
-    length = float(at.machine.characteristic_length)
-    units = np.array([length if channel.is_rotation else 1.0 for channel in channels])[:, None]
-    found = modes_of(model, at.machine, loss_factor, float(fit.modes.frequency.max()))
-    rows = [fit.channels.index(channel) for channel in channels]
-    own = [model.outputs.index(channel) for channel in channels]
-    order = np.argsort(fit.modes.frequency)
-    measured = ModeSet(fit.modes.frequency[order], fit.modes.damping[order], units * fit.modes.shapes[rows][:, order])
-    return ModesBeside(channels, measured, ModeSet(found.frequency, found.damping, units * found.shapes[own]))
+    own = fit.among(tuple(dict.fromkeys(functions.responses)), float(at.machine.characteristic_length))
+    found = modes_of(at, at.machine, loss_factor, float(fit.modes.frequency.max()), own.channels)
+    return ModesBeside(own.channels, own.modes, found.as_set)
 
 
 class Distances(NamedTuple):

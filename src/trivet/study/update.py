@@ -13,10 +13,11 @@ import jax
 import numpy as np
 
 from trivet.errors import InputError, nearest
-from trivet.measure.correlation import faac, frac
+from trivet.measure.correlation import assigned, faac, frac
+from trivet.measure.fitted import FittedModes
 from trivet.measure.functions import Functions
 from trivet.measure.identifiability import NextPoint, Told, next_points, told
-from trivet.measure.model_modes import ModelModes, Poles, modes_of, pairing
+from trivet.measure.model_modes import ModelModes, modes_of
 from trivet.measure.parameters import Free, parameters
 from trivet.measure.predicted import Model, predicted
 from trivet.measure.setup import Placed, Setup, placed
@@ -114,8 +115,8 @@ class Update:
         start = self.problem.free.theta(self.before)
         found = []
         for theta in (start, self.found.theta):
-            modes = modes_of(self.problem.model, *self.problem.at(theta), float(poles.frequency.max()))
-            order = pairing(poles, modes)
+            modes = modes_of(self.problem.placed, *self.problem.at(theta), float(poles.modes.frequency.max()), poles.channels)
+            order = assigned(poles.modes, modes.as_set)[1]
             own = modes.frequency[order], modes.damping[order], modes.vectors[:, order], modes.shapes[:, order]
             found.append(ModelModes(modes.elements, *own))
         return found[0], found[1]
@@ -127,7 +128,7 @@ def update(
     functions: Functions,
     free: Sequence[Free],
     *,
-    poles: Poles | None = None,
+    fit: FittedModes | None = None,
     low: float | None = None,
     high: float | None = None,
     hold: Sequence[str] = (),
@@ -141,8 +142,7 @@ def update(
         setup: where the measured points lie on it.
         functions: what was measured.
         free: which numbers may change, and what is known of them beforehand.
-        poles: fitted to the same functions, with shapes at their outputs (of functions which are not held back) in the order of
-            their first appearance.
+        fit: modes fitted to the same functions; what is held back should have had no part in them.
         low, high: range of frequencies, Hz; all that were measured when not given.
         hold: points whose functions are compared only, not fitted.
         loss_factor: of all that has none of its own; where "loss_factor" is free, its value beforehand.
@@ -157,6 +157,8 @@ def update(
     seen, held = _divided(inside, hold)
     where = placed(chosen, setup, inside)
     known = parameters(chosen, free, loss_factor)
+    length = float(chosen.characteristic_length)
+    poles = None if fit is None else fit.among(tuple(dict.fromkeys(seen.responses)), length)
     problem = Problem(where, seen, known, poles, loss_factor, Model.of(where, seen))
     found = updated(problem, progress)
     others = None if held is None else _compared(problem, found, where, held)
