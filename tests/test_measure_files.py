@@ -144,6 +144,7 @@ def test_units_and_channels() -> None:
     assert unit_of("acceleration", along, along) == "m/s^2/N"
     assert unit_of("velocity", about, about) == "rad/s/(N m)"
     assert factor_of("gravity/N", "acceleration", along, along) == pytest.approx(9.80665)
+    assert factor_of("g/kN", "acceleration", along, along) == pytest.approx(9.80665e-3)
     assert factor_of("deg/kN/m", "displacement", about, about) == pytest.approx(math.radians(1) / 1000)
     assert factor_of("rad/(N m)", "displacement", about, about) == 1
     assert factor_of("mm/N", "displacement", along, along) == 1e-3
@@ -154,7 +155,8 @@ def test_units_and_channels() -> None:
 
 
 UNITS = [
-    ("g/N", "acceleration", Z, False, "the g of accelerometers is called gravity"),
+    ("g/N", "velocity", Z, False, "is no unit of velocity per load"),
+    ("kg/N", "acceleration", Z, False, "is no unit of acceleration per load"),
     ("m/s^2", "acceleration", Z, False, "is no unit of acceleration per load; expected one such as m/s^2/N"),
     ("m/s/N", "acceleration", Z, False, "acceleration per load"),
     ("", "acceleration", Z, False, "acceleration per load"),
@@ -195,7 +197,7 @@ WRONG: list[tuple[str, str]] = [
     (changed("100 mm", "1_0 mm"), 'line 3: "1_0": expected a finite number'),
     (changed("# source: hammer test of the first prototype", "# point 12: 0 m, 0 m, 0 m"), "# point 12: is given twice"),
     (changed("unit,m/s^2/N,m/s^2/N,um/N,deg,1\n", ""), "line 9: expected a row unit,… above the numbers"),
-    (changed("unit,m/s^2/N", "unit,g/N"), 'line 8, column 2: unit "g/N": is no unit of acceleration per load'),
+    (changed("unit,m/s^2/N", "unit,kg/N"), 'line 8, column 2: unit "kg/N": is no unit of acceleration per load'),
     (changed("unit,m/s^2/N", "unit,"), 'column 2: unit "": is no unit'),
     (changed("um/N,deg", "um/N,mm"), "line 8, column 5: unit \"mm\" of phase: 'mm' is not a unit of angle"),
     (changed("deg,1", "deg,%"), 'column 6: unit "%" of coherence: expected 1'),

@@ -73,7 +73,7 @@ def unit_of(motion: Motion, response: Channel, reference: Channel) -> str:
 
 
 def factor_of(unit: str, motion: Motion, response: Channel, reference: Channel) -> float:
-    """SI value of one unit of a function.
+    """SI value of one unit of a function; the g of an acceleration is that of free fall, 9.80665 m/s^2.
 
     Raises:
         InputError: for a text that is no unit of this motion per load.
@@ -81,13 +81,14 @@ def factor_of(unit: str, motion: Motion, response: Channel, reference: Channel) 
     si = unit_of(motion, response, reference)
     # An angle is a pure number to units, so that "mm/N/m" would pass for "rad/N": the first name has to say it.
     starts_with_angle = bool((first := re.match(r"\s*([^\W\d_]+)", unit)) and first[1] in ANGLE_UNITS)
+    # Else g is the gram, which no motion has.
+    given = re.sub(r"^\s*g\b", "gravity", _plain(unit)) if motion == "acceleration" else _plain(unit)
     try:
         if starts_with_angle != response.is_rotation:
             raise ValueError
-        return Quantity(f"{motion} per load", _plain(si), _plain(si)).parse(f"1 {_plain(unit)}")
+        return Quantity(f"{motion} per load", _plain(si), _plain(si)).parse(f"1 {given}")
     except (ValueError, PydanticCustomError):
-        hint = "; the g of accelerometers is called gravity, as in gravity/N" if unit.strip().startswith("g/") else ""
-        raise InputError(f"unit {shown(unit)}: is no unit of {motion} per load; expected one such as {si}{hint}") from None
+        raise InputError(f"unit {shown(unit)}: is no unit of {motion} per load; expected one such as {si}") from None
 
 
 def _plain(unit: str) -> str:
