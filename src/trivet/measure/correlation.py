@@ -115,12 +115,7 @@ def pairs(measured: ModeSet, computed: ModeSet) -> list[Pair]:
 
     Modes without a partner, and such with one of a MAC below `LEAST`, are left out.
     """
-    alike = mac_of_spaces(measured, computed)
-    apart = np.abs(np.log2(computed.frequency[None, :] / measured.frequency[:, None]))
-    rows, columns = linear_sum_assignment(1 - np.nan_to_num(alike) + OCTAVE * apart)
-    for run in runs(computed.frequency):  # of modes that coincide the lower go with the lower
-        own = np.isin(columns, run)
-        columns[own] = np.sort(columns[own])
+    rows, columns, alike = assigned(measured, computed)
     return [
         Pair(
             int(row),
@@ -139,6 +134,9 @@ def assigned(measured: ModeSet, computed: ModeSet) -> tuple[np.ndarray, np.ndarr
     alike = mac_of_spaces(measured, computed)
     apart = np.abs(np.log2(computed.frequency[None, :] / measured.frequency[:, None]))
     rows, columns = linear_sum_assignment(1 - np.nan_to_num(alike) + OCTAVE * apart)
+    for run in runs(computed.frequency):  # of modes that coincide the lower go with the lower
+        own = np.isin(columns, run)
+        columns[own] = np.sort(columns[own])
     return rows, columns, alike
 
 
