@@ -34,7 +34,7 @@ def version(show: Annotated[bool, typer.Option("--version", help="Print the vers
 for _name in NAMES:
     app.command(_name)(expanded(importlib.import_module(f"trivet.cli.commands.{_name}").run))
 
-measure = typer.Typer(help="Measured frequency responses: read them, fit modes, compare them with a machine, correct its numbers.")
+measure = typer.Typer(help="Measured responses: read them, fit modes, compare them with a machine, correct its numbers.")
 for _name, _module in COMMANDS.items():
     measure.command(_name)(expanded(importlib.import_module(f"trivet.cli.commands.measure.{_module}").run))
 app.add_typer(measure, name="measure", no_args_is_help=True)

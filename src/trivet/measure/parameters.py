@@ -19,7 +19,7 @@ import numpy as np
 from trivet.errors import InputError, nearest
 from trivet.model import Machine, dimensions
 from trivet.model.kinds import kinds
-from trivet.model.paths import find
+from trivet.model.paths import find, join
 from trivet.model.quantity import Quantity
 from trivet.model.writing import document_of
 
@@ -41,6 +41,23 @@ class Free(NamedTuple):
     """Bound, SI."""
     high: float = math.inf
     """Bound, SI."""
+
+
+class Number(NamedTuple):
+    """A number of a machine."""
+
+    path: str
+    """Key path in full."""
+    leaf: int | None
+    """Which leaf of the machine it is; None is the loss factor of the analysis."""
+    kind: Quantity
+    value: float
+    """SI."""
+
+    @property
+    def is_unsigned(self) -> bool:
+        """Whether it is never below zero."""
+        return self.kind.positive or self.kind.at_least_zero
 
 
 @dataclass(frozen=True)
@@ -97,25 +114,19 @@ def parameters(machine: Machine, free: Sequence[Free], loss_factor: float) -> Pa
     """
     if not free:
         raise InputError("nothing is free to change; name a number of the machine file, such as ball.stiffness")
-    known, document = list(dimensions(machine)), document_of(machine)
-    values = [float(v) for v in dimensions(machine).values()]
     paths: list[str] = []
     leaves: list[int | None] = []
     own_kinds: list[Quantity] = []
     start, logs, spreads, bounds = [], [], [], []
-    every = kinds(machine)
     for one in free:
-        path = LOSS_FACTOR if one.path == LOSS_FACTOR else full_path(document, known, one.path)
-        if path in paths:
+        number = look_up(machine, one.path, loss_factor)
+        if number.path in paths:
             raise InputError(f"{one.path}: is named twice as free")
-        leaf = None if path == LOSS_FACTOR else known.index(path)
-        value = loss_factor if leaf is None else values[leaf]
-        kind = LOSS if leaf is None else every[path]
-        is_log, spread, low, high = _known(one, value, kind)
-        own_kinds.append(kind)
-        paths.append(path)
-        leaves.append(leaf)
-        start.append(value)
+        is_log, spread, low, high = _known(one, number)
+        paths.append(number.path)
+        leaves.append(number.leaf)
+        own_kinds.append(number.kind)
+        start.append(number.value)
         logs.append(is_log)
         spreads.append(spread)
         bounds.append((low, high))
@@ -123,37 +134,36 @@ def parameters(machine: Machine, free: Sequence[Free], loss_factor: float) -> Pa
     return Parameters(tuple(paths), tuple(leaves), tuple(own_kinds), *numbers)
 
 
-def full_path(document: dict[str, Any], known: Sequence[str], path: str) -> str:
-    """The key path of a dimension in full.
+def look_up(machine: Machine, path: str, loss_factor: float) -> Number:
+    """A number of a machine by its key path or an abbreviation, or the loss factor of the analysis.
 
     Members of lists without names, such as the three coordinates of a position, are counted from 1: "home.position.3".
+
+    Raises:
+        InputError: for a path that the machine does not have, or that is no number.
     """
+    if path == LOSS_FACTOR:
+        return Number(path, None, LOSS, loss_factor)
+    document, known = document_of(machine), dimensions(machine)
     head, _, last = path.rpartition(".")
-    keys = find(document, head if last.isdigit() and head else path)
-    parts: list[str] = []
-    here: Any = document
-    for key in keys:
-        member = here[key] if not isinstance(here, dict) or key in here else None
-        name = member.get("name") if isinstance(member, dict) and isinstance(key, int) else None
-        parts.append(name if name is not None else str(key + 1) if isinstance(key, int) else str(key))
-        here = member
-    whole = ".".join([*parts, last] if last.isdigit() and head else parts)
+    is_member = bool(head) and last.isdigit()
+    whole = join(document, find(document, head if is_member else path)) + (f".{last}" if is_member else "")
     if whole not in known:
         beside = [k for k in known if k.startswith(whole + ".")]
         hint = f"; name one of {', '.join(beside)}" if beside else nearest(path, known)
         raise InputError(f"{path}: is no number of this machine that could change{hint}")
-    return whole
+    return Number(whole, list(known).index(whole), kinds(machine)[whole], float(known[whole]))
 
 
-def _known(one: Free, value: float, kind: Quantity) -> tuple[bool, float, float, float]:
+def _known(one: Free, number: Number) -> tuple[bool, float, float, float]:
     """Whether theta is the logarithm, its standard deviation, and its bounds."""
-    has_sign = kind.positive or kind.at_least_zero
-    low, high = max(one.low, 0.0) if has_sign else one.low, one.high
+    kind, value = number.kind, number.value
+    low, high = max(one.low, 0.0) if number.is_unsigned else one.low, one.high
     if not low <= value <= high or not low < high:
         raise InputError(f"{one.path}: is {kind.write(value)}, outside of its bounds {low:g} to {high:g} {kind.si}".rstrip())
     if one.spread is not None and not (one.spread > 0 and math.isfinite(one.spread)):
         raise InputError(f"{one.path}: spread {one.spread:g}; expected above zero")
-    if not has_sign or value == 0:
+    if not number.is_unsigned or value == 0:
         if one.spread is None:
             raise InputError(
                 f"{one.path}: is {kind.write(value)}, no factor can change it; say by a spread how well it is known"

@@ -1,0 +1,147 @@
+"""trivet measure update."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from trivet.cli import options as o
+from trivet.cli import output
+from trivet.cli.groups import Choice, DataOutput, Model
+
+if TYPE_CHECKING:
+    from trivet.measure.parameters import Free, Number
+    from trivet.model import Machine
+    from trivet.model.quantity import Quantity
+
+
+def run(
+    *,
+    measured: Annotated[str, typer.Argument(help="Measured responses: .nc, .csv, or a universal file.", metavar="MEASURED")],
+    choice: Choice,
+    points: Annotated[
+        str, typer.Option("--points", help="Where the measured points lie on the machine: a set-up file.", metavar="FILE.toml")
+    ],
+    free: Annotated[
+        list[str],
+        typer.Option(
+            "--free",
+            help="A number that may change, and how well it is known: ball.stiffness (within a factor of 3), "
+            "link.length='2 %', home.position.3='1 mm', loss_factor. May be repeated.",
+            metavar="KEY[=SPREAD]",
+        ),
+    ],
+    bounds: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--bounds",
+            help="Between which values it stays, as in ball.stiffness='50 N m/rad, 2000 N m/rad'.",
+            metavar="KEY=LOW,HIGH",
+        ),
+    ] = None,
+    fit: Annotated[
+        str | None, typer.Option("--fit", help="Modes fitted to them, as measure fit --data writes them.", metavar="FILE.nc")
+    ] = None,
+    lowest: Annotated[
+        str | None,
+        typer.Option("--from", help="Lowest frequency that counts; all that were measured by default.", metavar="FREQUENCY"),
+    ] = None,
+    highest: Annotated[str | None, typer.Option("--to", help="Highest frequency that counts.", metavar="FREQUENCY")] = None,
+    hold: Annotated[
+        str | None,
+        typer.Option("--hold", help="Points whose functions are compared, and not fitted, as in '3,4'.", metavar="POINTS"),
+    ] = None,
+    loss_factor: Annotated[
+        float, typer.Option("--loss-factor", help="Of all parts that have none of their own; twice the damping ratio.")
+    ] = 0.02,
+    further: Annotated[bool, typer.Option("--next", help="Tell where to measure next.")] = False,
+    write: Annotated[
+        str | None,
+        typer.Option("--write", help="Write the corrected machine, with the history of its numbers.", metavar="FILE.toml"),
+    ] = None,
+    model: Model,
+    out: DataOutput,
+) -> None:
+    """Numbers of a machine corrected by measured responses: what they become, how sure they are, what cannot be told apart."""
+    from trivet.cli.views import update as view
+    from trivet.measure.files import read_functions
+    from trivet.measure.fitted import read_fitted
+    from trivet.measure.setup import read_setup
+    from trivet.study.update import update
+
+    low, high = (o.quantity(name, text, "frequency", "Hz") for name, text in (("--from", lowest), ("--to", highest)))
+    out.check()
+    chosen, setup = choice.load(model), read_setup(points)
+    wanted = _free(chosen, free, bounds or [], loss_factor)
+    if write is not None:
+        from trivet.files import check_writable
+
+        check_writable(write, overwrite=out.overwrite)
+    functions, fitted = read_functions(measured), None if fit is None else read_fitted(fit)
+    with output.progress(out.as_json, "times the machine") as advance:
+        found = update(
+            chosen,
+            setup,
+            functions,
+            wanted,
+            fit=fitted,
+            low=low,
+            high=high,
+            hold=[point.strip() for point in hold.split(",")] if hold else (),
+            loss_factor=loss_factor,
+            progress=lambda count: advance("correcting", count),
+        )
+    if further:
+        with output.busy("looking for places that would tell more", out.as_json):
+            _ = found.next_points
+    if write is not None:
+        from trivet.model import write as write_machine
+
+        write_machine(found.machine, write, overwrite=out.overwrite)
+        output.wrote(write)
+    out.give(found, view, further)
+
+
+def _free(machine: Machine, free: list[str], bounds: list[str], loss_factor: float) -> list[Free]:
+    """What is free, from KEY[=SPREAD] and KEY=LOW,HIGH."""
+    from trivet.errors import InputError
+    from trivet.measure.parameters import Free, look_up
+
+    limits: dict[str, tuple[float, float]] = {}
+    for text in bounds:
+        path, _, ends = (part.strip() for part in text.partition("="))
+        number, both = look_up(machine, path, loss_factor), ends.split(",")
+        if len(both) != 2:
+            raise InputError(f'--bounds "{text}": expected KEY=LOW,HIGH, both with their unit')
+        low, high = (_in_si("--bounds", end, number.kind) for end in both)
+        limits[number.path] = low, high
+    found = []
+    for text in free:
+        path, _, known = (part.strip() for part in text.partition("="))
+        number = look_up(machine, path, loss_factor)
+        low, high = limits.pop(number.path, (-float("inf"), float("inf")))
+        found.append(Free(number.path, _spread(known, number) if known else None, low, high))
+    for path in limits:
+        raise InputError(f"--bounds: {path} is not named by --free")
+    return found
+
+
+def _spread(text: str, number: Number) -> float:
+    """How well a number is known: a share of it ("20 %"), or so much in its unit."""
+    from trivet.errors import InputError
+
+    if not text.endswith("%"):
+        absolute = _in_si("--free", text, number.kind)
+        return absolute / number.value if number.is_unsigned and number.value else absolute
+    if not number.is_unsigned:
+        raise InputError(f'--free "{number.path}={text}": may have either sign; say how well it is known in its unit')
+    share = o.quantity("--free", text[:-1].strip(), "share", "")
+    assert share is not None
+    return share / 100
+
+
+def _in_si(option: str, text: str, kind: Quantity) -> float:
+    value = o.quantity(option, text.strip(), kind.dimension, kind.si)
+    assert value is not None
+    return value

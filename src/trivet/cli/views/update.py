@@ -1,0 +1,202 @@
+"""A machine corrected by measurements."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from trivet.cli.views.layout import table
+from trivet.cli.views.si import finite
+from trivet.measure.identifiability import Direction, NextPoint
+from trivet.model.quantity import Quantity
+from trivet.study.update import Compared, Update
+
+ROWS = 12
+"""Rows of a table of functions or places, at most."""
+SHARE = 0.2
+"""Share in a combination of numbers below which one is not named."""
+
+
+def tables(result: Update, further: bool = False) -> Iterator[Any]:
+    """The numbers before and after, what the measurements tell of them, how alike responses and modes are before and after."""
+    yield _setting(result)
+    yield _numbers(result)
+    yield _told(result)
+    yield _functions("functions that were fitted", result.fitted)
+    if result.held is not None:
+        yield _functions("functions that were held back", result.held)
+    if result.modes is not None:
+        yield _modes(result)
+    if further:
+        yield _further(result)
+
+
+def _setting(result: Update) -> str:
+    found, seen = result.found, result.fitted.measured
+    apart = f"residuals of ln|H| scatter by {found.spread:.3f} and are alike over {found.alike:.1f} lines"
+    return (
+        f"{result.problem.machine.name}, {seen.source or 'measured responses'}: {len(seen)} functions at "
+        f"{len(seen.frequency)} frequencies, {seen.frequency[0]:g} to {seen.frequency[-1]:g} Hz\n"
+        f"{apart}; the machine was worked out {found.evaluations} times"
+    )
+
+
+def _numbers(result: Update) -> Any:
+    free = result.problem.free
+    found = table("numbers", "", "before", "after", "±", "known before ±", "told by the measurements")
+    for k, path in enumerate(free.paths):
+        shrunk = result.told.deviation[k] / free.spread[k]
+        before = free.scale(free.start)[k] * free.spread[k]
+        found.add_row(
+            path,
+            *(in_unit(free.kinds[k], value) for value in (float(free.start[k]), float(result.after[k]))),
+            *(in_unit(free.kinds[k], value, 2) for value in (float(result.deviation[k]), float(before))),
+            f"{100 * (1 - shrunk**2):.1f} %",
+        )
+    return found
+
+
+def in_unit(kind: Quantity, value: float, digits: int = 6) -> str:
+    """A value in the unit that files prefer."""
+    factor = kind.parse(f"1 {kind.written}") if kind.si else 1.0
+    return f"{value / factor:.{digits}g} {kind.written}".strip()
+
+
+def _told(result: Update) -> str:
+    paths, told = result.paths, result.told
+    lines = [
+        f"{paths[a]} and {paths[b]} cannot be told apart by these measurements (correlation {c:+.3f})"
+        for a, b, c in told.inseparable
+    ]
+    lines += [f"not told, and left as it was known before: {combination(result, d)}" for d in told.directions if not d.is_told]
+    return "\n".join(lines) if lines else "every number is told by the measurements, and each apart from the others"
+
+
+def combination(result: Update, direction: Direction) -> str:
+    """A combination of numbers in words: "+0.71 ball.stiffness -0.70 slide.stiffness"."""
+    shares = [(k, float(share)) for k, share in enumerate(direction.shares) if abs(share) >= SHARE]
+    words = [f"{share:+.2f} {result.paths[k]}" for k, share in sorted(shares, key=lambda one: -abs(one[1]))]
+    return " ".join(words) if len(words) > 1 else words[0].partition(" ")[2]
+
+
+def _functions(title: str, compared: Compared) -> Any:
+    found = table(title, "response / reference", "FRAC before", "after", "FAAC before", "after")
+    frac, faac = compared.criteria("frac"), compared.criteria("faac")
+    for k, label in enumerate(compared.measured.labels[:ROWS]):
+        found.add_row(label, *(_criterion(float(values[k])) for values in (*frac, *faac)))
+    if len(compared.measured) > ROWS:
+        found.add_row(f"and {len(compared.measured) - ROWS} more with --json", *[""] * 4)
+    found.add_row("in the mean", *(_criterion(_mean(values)) for values in (*frac, *faac)))
+    return found
+
+
+def _criterion(value: float) -> str:
+    return "" if math.isnan(value) else f"{value:.4f}"
+
+
+def _mean(values: np.ndarray) -> float:
+    return float(np.nanmean(values)) if np.isfinite(values).any() else math.nan
+
+
+def _modes(result: Update) -> Any:
+    poles, modes = result.problem.poles, result.modes
+    assert poles is not None
+    assert modes is not None
+    found = table(
+        "poles", "measured Hz", "damping %", "Hz before", "after", "by % before", "after", "damping % before", "after", left=0
+    )
+    for k, (frequency, damping) in enumerate(zip(poles.modes.frequency, poles.modes.damping, strict=True)):
+        own = [float(one.frequency[k]) for one in modes]
+        found.add_row(
+            f"{frequency:.2f}",
+            f"{100 * damping:.3f}",
+            *(f"{f:.2f}" for f in own),
+            *(f"{100 * (f / frequency - 1):+.2f}" for f in own),
+            *(f"{100 * float(one.damping[k]):.3f}" for one in modes),
+        )
+    return found
+
+
+def _further(result: Update) -> Any:
+    found = table(
+        "what to measure next, with the loads that there are", "sensor at", "along", "bits it would tell", left=2
+    )
+    for one in result.next_points[:ROWS]:
+        found.add_row(one.site.point, one.axis, f"{one.gain:.2f}")
+    return found
+
+
+def as_json(result: Update, further: bool = False) -> dict[str, Any]:
+    """All of it."""
+    free, told, found = result.problem.free, result.told, result.found
+    answer: dict[str, Any] = {
+        "machine": result.problem.machine.name,
+        "source": result.fitted.measured.source,
+        "parameters": [
+            {
+                "path": path,
+                "unit": free.kinds[k].si or "1",
+                "before": float(free.start[k]),
+                "after": float(result.after[k]),
+                "standard_deviation": float(result.deviation[k]),
+                "standard_deviation_before": float(free.scale(free.start)[k] * free.spread[k]),
+                "is_logarithmic": bool(free.is_log[k]),
+            }
+            for k, path in enumerate(free.paths)
+        ],
+        "correlation": told.correlation.tolist(),
+        "inseparable": [{"paths": [free.paths[a], free.paths[b]], "correlation": c} for a, b, c in told.inseparable],
+        "directions": [
+            {"shares": d.shares.tolist(), "information": d.information, "is_told": d.is_told} for d in told.directions
+        ],
+        "scatter_of_ln_magnitude": found.spread,
+        "lines_alike": found.alike,
+        "evaluations": found.evaluations,
+        "loss_factor": result.loss_factor,
+        "fitted": _compared(result.fitted),
+        "held_back": None if result.held is None else _compared(result.held),
+        "poles": _poles(result),
+    }
+    if further:
+        answer["next_points"] = [_next(one, free.paths) for one in result.next_points]
+    return answer
+
+
+def _compared(compared: Compared) -> list[dict[str, Any]]:
+    frac, faac = compared.criteria("frac"), compared.criteria("faac")
+    return [
+        {
+            "function": label,
+            "frac_before": finite(float(frac[0][k])),
+            "frac_after": finite(float(frac[1][k])),
+            "faac_before": finite(float(faac[0][k])),
+            "faac_after": finite(float(faac[1][k])),
+        }
+        for k, label in enumerate(compared.measured.labels)
+    ]
+
+
+def _poles(result: Update) -> list[dict[str, float]] | None:
+    if result.modes is None or result.problem.poles is None:
+        return None
+    before, after = result.modes
+    measured = result.problem.poles.modes
+    return [
+        {
+            "frequency_Hz": float(measured.frequency[k]),
+            "damping_ratio": float(measured.damping[k]),
+            "frequency_before_Hz": float(before.frequency[k]),
+            "frequency_after_Hz": float(after.frequency[k]),
+            "damping_ratio_before": float(before.damping[k]),
+            "damping_ratio_after": float(after.damping[k]),
+        }
+        for k in range(len(measured.frequency))
+    ]
+
+
+def _next(one: NextPoint, paths: tuple[str, ...]) -> dict[str, Any]:
+    deviations = dict(zip(paths, (float(d) for d in one.deviation), strict=True))
+    return {"place": one.site.point, "axis": one.axis, "gain_bits": one.gain, "standard_deviations_of_theta": deviations}
