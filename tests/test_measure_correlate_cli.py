@@ -143,6 +143,8 @@ def test_modes_find_those_of_the_machine() -> None:
         assert pair.frequency_difference == pytest.approx(0.02, abs=1e-3)
         assert pair.damping_difference == pytest.approx(-0.5, abs=1e-2)
     np.testing.assert_allclose(modes.comac, 1, atol=1e-3)
+    lengths = np.r_[np.ones(9), float(choose("azulay").characteristic_length)][:, None]
+    np.testing.assert_allclose(modes.measured.shapes, lengths * fit().modes.shapes)
     np.testing.assert_allclose(modes.computed.damping, 0.01, rtol=1e-6)
     bad = fit()._replace(modes=fit().modes._replace(shapes=fit().modes.shapes * np.r_[np.ones(9), -1][:, None]))
     wrong = correlate("azulay", setup(), measured(), bad).modes
