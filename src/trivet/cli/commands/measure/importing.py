@@ -13,13 +13,13 @@ from trivet.cli.groups import DataOutput
 def run(
     *,
     files: Annotated[
-        list[str], typer.Argument(help="Universal files (.unv, .uff, …), tables (.csv) or NetCDF (.nc).", metavar="FILE...")
+        list[str], typer.Argument(help="Universal files (.unv, .uff, …), tables (.csv) or NetCDF (.nc).", metavar="FILE")
     ],
     units: Annotated[
         str | None,
         typer.Option(
             "--units",
-            help="Of universal files that do not tell, or contradict themselves: 'm/s^2 per N', 'g per lbf, mm' with points.",
+            help="Of universal files that do not tell or contradict themselves: 'm/s^2 per N'; with points in mm: 'g per lbf, mm'.",
         ),
     ] = None,
     least_coherence: Annotated[
