@@ -31,6 +31,7 @@ from trivet.show.response import draw_response
 from trivet.show.singularity import draw_singularities
 from trivet.show.solids import draw_solids
 from trivet.show.tilt import draw_tilts
+from trivet.show.update import draw_update
 from trivet.show.workspace import draw_orientations, draw_workspaces
 from trivet.study.atlas import Atlas
 from trivet.study.comparison import Comparison
@@ -53,6 +54,7 @@ from trivet.study.singularity_map import SingularityMap
 from trivet.study.solid_check import SolidCheck
 from trivet.study.stiffness_map import StiffnessMap
 from trivet.study.tilt import TiltReport, TiltStudy
+from trivet.study.update import Update
 from trivet.study.whole_comparison import WholeComparison
 from trivet.study.workspace import OrientationReport, WorkspaceReport, WorkspaceStudy
 
@@ -250,3 +252,8 @@ def _(result: TiltReport, path: str | os.PathLike[str], *, overwrite: bool = Fal
 @figure.register
 def _(result: WorkspaceReport, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     draw_workspaces(WorkspaceStudy((result,)), path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: Update, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_update(result, path, overwrite=overwrite)

@@ -25,7 +25,7 @@ from trivet.study.frf import FrequencyResponse
 from trivet.study.lobes import Lobes, LobesAlong
 from trivet.study.lock_advice import LocksAdvised
 from trivet.study.lock_datasets import advice_dataset, redundant_dataset
-from trivet.study.measure_datasets import correlation_dataset
+from trivet.study.measure_datasets import correlation_dataset, update_dataset
 from trivet.study.modal_fit_dataset import fit_dataset
 from trivet.study.mode_paths import ModePaths
 from trivet.study.modes import ModesReport
@@ -41,6 +41,7 @@ from trivet.study.solid_check import SolidCheck
 from trivet.study.solid_datasets import solid_dataset
 from trivet.study.stiffness_map import StiffnessMap
 from trivet.study.tilt import TiltReport, TiltStudy
+from trivet.study.update import Update
 from trivet.study.vibration_datasets import dynamic_comparison_datasets, mode_paths_dataset, modes_dataset, response_dataset
 from trivet.study.whole_comparison import WholeComparison
 from trivet.study.workspace import OrientationReport, WorkspaceReport, WorkspaceStudy
@@ -282,3 +283,8 @@ def _(result: Plan, path: str | os.PathLike[str], *, overwrite: bool = False) ->
 @save.register
 def _(result: ConePlan, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     write_netcdf(cone_dataset(result), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: Update, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_netcdf(update_dataset(result), path, overwrite=overwrite)

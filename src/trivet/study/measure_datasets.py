@@ -10,6 +10,7 @@ from trivet.kinematics.mode import mode_text
 from trivet.measure.channels import unit_of, written
 from trivet.results.netcdf import COMPONENTS, labelled
 from trivet.study.correlate import Correlation, ModesBeside
+from trivet.study.update import Update
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,6 +54,46 @@ def correlation_dataset(result: Correlation) -> xr.Dataset:
     made = labelled(
         at.machine, variables, coordinates, working_mode=mode_text(at.machine, at.signs), loss_factor=result.loss_factor,
         source=measured.source,
+    )  # fmt: skip
+    made.frequency.attrs.update({"units": "Hz", "long_name": "frequency"})
+    return made
+
+
+def update_dataset(result: Update) -> xr.Dataset:
+    """Numbers before and after with what is sure of them, and functions as measured, before and after; the corrected machine is
+    the one inside."""
+    free, told = result.problem.free, result.told
+    compared = [result.fitted] if result.held is None else [result.fitted, result.held]
+
+    def over(kind: str) -> np.ndarray:
+        return _parts(np.concatenate([getattr(one, kind).values for one in compared]))
+
+    responses, references = (
+        [c for one in compared for c in getattr(one.measured, kind)] for kind in ("responses", "references")
+    )
+    fitted = np.concatenate([np.full(len(one.measured), one is result.fitted) for one in compared])
+    words = {"response": (responses, "as measured"), "reference": (references, "where the load is")}
+    dimensions = ("function", "frequency", "part")
+    variables: Variables = {
+        "before": (("parameter",), free.start, "see unit", "in the machine file"),
+        "after": (("parameter",), result.after, "see unit", "most probable"),
+        "standard_deviation": (("parameter",), result.deviation, "see unit", "afterwards"),
+        "unit": (("parameter",), np.array([kind.si or "1" for kind in free.kinds], _WORDS), "1", "of the number"),
+        "is_logarithmic": (("parameter",), np.array(free.is_log, dtype=np.int8), "1", "1 where theta is the logarithm"),
+        "theta": (("parameter",), result.found.theta, "1", "of the numbers, logarithms or themselves in SI"),
+        "spread": (("parameter",), free.spread, "1", "standard deviation of theta beforehand"),
+        "covariance": (("parameter", "other"), result.covariance, "1", "of theta afterwards"),
+        "correlation": (("parameter", "other"), told.correlation, "1", "afterwards"),
+        "is_fitted": (("function",), fitted.astype(np.int8), "1", "0 where a function was held back"),
+        "measured": (dimensions, over("measured"), "SI", "motion per load, exp(+i omega t)"),
+        "computed_before": (dimensions, over("before"), "SI", "the machine's at the same channels"),
+        "computed_after": (dimensions, over("after"), "SI", "the corrected machine's"),
+    } | {k: (("function",), np.array([written(c) for c in own], _WORDS), "1", text) for k, (own, text) in words.items()}
+    paths = list(free.paths)
+    made = labelled(
+        result.machine, variables,
+        {"parameter": paths, "other": paths, "frequency": result.fitted.measured.frequency, "part": ("real", "imag")},
+        loss_factor=result.loss_factor, source=result.fitted.measured.source,
     )  # fmt: skip
     made.frequency.attrs.update({"units": "Hz", "long_name": "frequency"})
     return made
