@@ -135,6 +135,8 @@ def test_modes_that_coincide_are_compared_as_spaces() -> None:
     found = c.mac_of_spaces(measured, computed)
     np.testing.assert_allclose([found[0, 0], found[3, 3]], 1)
     np.testing.assert_allclose(found[1:3, 1:3], 1)
+    alone, near = modes([210, 352], mixed[:, [1, 3]]), modes([100, 200, 200.1, 350], shapes)
+    assert [(p.measured, p.computed) for p in c.pairs(alone, near)] == [(0, 1), (1, 3)], "the lower of two that are one"
     # A pair that measurement has split: each of its modes lies in the space of the computed two.
     split = modes([101, 195, 205, 352], mixed)
     np.testing.assert_allclose(c.mac_of_spaces(split, computed)[1:3, 1:3], 1)

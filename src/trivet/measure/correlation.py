@@ -134,9 +134,9 @@ def assigned(measured: ModeSet, computed: ModeSet) -> tuple[np.ndarray, np.ndarr
     alike = mac_of_spaces(measured, computed)
     apart = np.abs(np.log2(computed.frequency[None, :] / measured.frequency[:, None]))
     rows, columns = linear_sum_assignment(1 - np.nan_to_num(alike) + OCTAVE * apart)
-    for run in runs(computed.frequency):  # of modes that coincide the lower go with the lower
+    for run in runs(computed.frequency):  # of modes that coincide the lower are taken first, by the lower
         own = np.isin(columns, run)
-        columns[own] = np.sort(columns[own])
+        columns[own] = run[: own.sum()]
     return rows, columns, alike
 
 
