@@ -43,7 +43,7 @@ FORMS = [(ordinate, even) for ordinate in (2, 4, 5, 6) for even in (True, False)
 
 
 @pytest.mark.parametrize(("ordinate", "even"), FORMS)
-@pytest.mark.parametrize("how", ["text", "<", ">", "narrow"])
+@pytest.mark.parametrize("how", ["text", "<", ">", "<narrow", ">narrow"])
 def test_all_forms_of_functions(tmp_path: Path, ordinate: int, even: bool, how: str) -> None:
     """Each number, by a parser of fixed columns that shares nothing with ours, and by what was written."""
     y = Y if ordinate in (5, 6) else Y.real
@@ -51,8 +51,7 @@ def test_all_forms_of_functions(tmp_path: Path, ordinate: int, even: bool, how: 
     if how == "text":
         data = plain.function(F, y, **settings)
     else:
-        order = how if how in "<>" else "<"
-        data = plain.function_bytes(F, y, order, narrow=how == "narrow", **settings)
+        data = plain.function_bytes(F, y, how[0], narrow=how.endswith("narrow"), **settings)
     (block,) = scan(put(tmp_path, data))
     found = parse(block)
     assert found is not None
@@ -99,6 +98,20 @@ def test_bytes_that_look_like_an_end(tmp_path: Path) -> None:
     assert len(pyuff.UFF(str(path)).get_set_types()) != 2
 
 
+def test_numbers_that_pyuff_takes_for_others_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from pyuff.datasets import dataset_58
+
+    as_is = dataset_58._extract58
+
+    def other(*arguments: Any, **options: Any) -> dict[str, Any]:
+        found = as_is(*arguments, **options)
+        return found if options else found | {"data": found["data"] + 1e-9 * (np.arange(N) == 5)}
+
+    monkeypatch.setattr(dataset_58, "_extract58", other)
+    path = put(tmp_path, plain.function(F, Y))
+    assert "numbers do not stand in the columns of their form, 20 characters wide" in message_of(lambda: read_universal(path))
+
+
 NO_LABELS = ("NONE", "NONE", "NONE")
 UNITS = [
     ({"labels": ("Hz", "m/s^2", "N")}, 1.0),
@@ -116,6 +129,12 @@ UNITS = [
     ({"labels": ("Hz", "rad/s^2", "N*m"), "response": (1, 5), "reference": (2, 6)}, 1.0),
     ({"exponents": ((1, 0), (0, 1))}, 1.0),
 ]
+
+
+@pytest.mark.parametrize(("label", "factor"), [("NONE", 1.0), ("(Hz)", 1.0), ("kHz", 1e3), ("rad/s", 0.5 / math.pi)])
+def test_units_of_frequency(tmp_path: Path, label: str, factor: float) -> None:
+    found = read_universal(put(tmp_path, plain.function(F, Y, labels=(label, "m/s^2", "N")))).functions
+    np.testing.assert_allclose(found.frequency, factor * F, rtol=1e-12)
 
 
 @pytest.mark.parametrize(("settings", "factor"), UNITS, ids=[str(s) for s, _ in UNITS])
@@ -249,9 +268,11 @@ def test_files_are_joined_and_pairs_told_twice(tmp_path: Path) -> None:
     assert found.functions.labels == ["1:+z / 2:-x", "1:+z / 2:-x", "4:+x / 2:-x"]
     (note,) = [note for note in found.notes if "twice" in note]
     assert f"1:+z / 2:-x is measured twice: {one}: dataset 1 (type 58, line 1) and {two}: dataset 1 (type 58, line 1)" in note
-    save_functions(found.functions, tmp_path / "three.nc")
+    known = Functions(**{**found.functions.__dict__, "coherence": np.full((3, N), 0.4), "points": {"4": X}})
+    save_functions(known, tmp_path / "three.nc")
     again = import_files([one, tmp_path / "three.nc"], least_coherence=0.5)
-    assert len(again.functions) == 4
+    assert (len(again.functions), again.functions.points) == (4, {"4": X})
+    np.testing.assert_array_equal(again.doubtful.sum(axis=1), [0, N, N, N])
     assert any("2 functions: 1:+z / 2:-x, 1:+z / 2:-x measured again in" in note for note in again.notes)
     np.testing.assert_array_equal(read_functions(two).values, found.functions.values[1:])
 

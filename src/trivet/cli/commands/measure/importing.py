@@ -19,7 +19,7 @@ def run(
         str | None,
         typer.Option(
             "--units",
-            help="Of universal files that do not tell or contradict themselves: 'm/s^2 per N'; with points in mm: 'g per lbf, mm'.",
+            help="Of universal files that do not tell or contradict themselves: 'm/s^2 per N'; with points in mm 'g per N, mm'.",
         ),
     ] = None,
     least_coherence: Annotated[
