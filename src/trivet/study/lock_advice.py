@@ -164,15 +164,15 @@ def advise_locks(
         NoResultError: no lock set reaches the whole task.
     """
     chosen = choose(machine)
-    sets = lock_sets(chosen)
-    free = sets.machine
+    free = chosen.with_free_drives()
     asked, own = measure(free, objective, low, high, loss_factor), task_of(task, roll)
     if own.roll == BEST and objective.startswith(DYNAMIC):
         raise InputError(f"objective {objective}: wants rolls that are known; give the roll as an angle or -alpha")
-    if not sets.whole:
-        raise NoResultError(f"{free.name}: no set of {sets.spare} locked drives leaves six freedoms: {sets.sets[0].verdict}")
     if modes not in ("all", "own"):
         raise InputError(f"modes '{modes}': expected all, or own for the machine's")
+    sets = lock_sets(chosen)
+    if not sets.whole:
+        raise NoResultError(f"{free.name}: no set of {sets.spare} locked drives leaves six freedoms: {sets.sets[0].verdict}")
     signs = _own_signs(chosen) if modes == "own" else None
     search = Search(free, asked, own, signs)
     found = []
@@ -184,7 +184,7 @@ def advise_locks(
     advices = tuple(found[k] for k in order)
     if advices[0].place is None:
         raise NoResultError(
-            f"{free.name}: no lock set reaches the whole {own.name}; {advices[0].locks.name}: {advices[0].reason}"
+            f"{free.name}: no lock set reaches all of the task ({own.name}); with {advices[0].locks.name}: {advices[0].reason}"
         )
     return LocksAdvised(free, sets, own, asked, signs, advices, search.as_is(chosen, sets))
 
@@ -237,10 +237,10 @@ class Search:
                     return _failed(locks, known.reason, _pose(poses, known.pose))
                 made.append(known)
             more = [again for place in found if np.all(np.isfinite((again := with_best_rolls(self.asked, place, poses)).least))]
-            tried = [polished(self.asked, start, poses) for start in (more or starts(self.asked, made, poses))]
-            if not tried:
+            begun = more or starts(self.asked, made, poses)
+            if not begun:
                 return _failed(locks, "each chain reaches all poses, yet not with the same rolls")
-            best = max(tried, key=lambda place: place.value)
+            best = polished(self.asked, begun, poses)
             worse = self._worse(best)
             found = [best]
             if not len(worse):

@@ -257,14 +257,14 @@ def combined(asked: Measure, tables: Sequence[Table], part: Array, poses: Poses,
     return found
 
 
-def polished(asked: Measure, place: Place, poses: Poses, steps: int = STEPS) -> Place:
-    """The best near a place, never worse than it."""
-    better = _programmed(asked, place, poses, steps)
-    found = better if better.value > place.value else place
-    return found if asked.rows < AT_ONCE else _around(asked, found, poses)
+def polished(asked: Measure, places: Sequence[Place], poses: Poses) -> Place:
+    """The best near some places, never worse than any of them."""
+    tried = [*places, *(_programmed(asked, place, poses) for place in places)]
+    best = max(tried, key=lambda place: place.value)
+    return best if asked.rows < AT_ONCE else _around(asked, best, poses)
 
 
-def _programmed(asked: Measure, place: Place, poses: Poses, steps: int) -> Place:
+def _programmed(asked: Measure, place: Place, poses: Poses) -> Place:
     from scipy.optimize import minimize
 
     ways, width, count = place.ways, span(place.ways), len(place.values)
@@ -279,7 +279,7 @@ def _programmed(asked: Measure, place: Place, poses: Poses, steps: int) -> Place
         done = minimize(
             lambda x: -x[-1], start, jac=lambda x: -np.eye(len(x))[-1], method="SLSQP", bounds=bounds,
             constraints=[{"type": "ineq", "fun": program.spare, "jac": program.slopes}],
-            options={"maxiter": steps, "ftol": asked.precision},
+            options={"maxiter": STEPS, "ftol": asked.precision},
         )  # fmt: skip
     found = np.where(np.isfinite(done.x), done.x, start)
     values = np.clip(found[:count] * width, low, high)

@@ -149,21 +149,15 @@ def _verdict(sampled: Sampled, held: list[set[str]], left: Freedoms, loose: Mapp
         columns = sampled.screws[at][k].free(held[k])
         lost = 6 - ranked(columns)
         if lost == 1:
-            said.append(f"the platform {_lost(wrenches(columns)[:, 0], sampled, at)}, which {leg.name} holds")
+            said.append(f"{leg.name} stops {_lost(wrenches(columns)[:, 0], sampled, at)}")
         elif lost:
             said.append(f"{leg.name} takes {lost} freedoms of the platform")
     if left.platform < 6 and not said:
         said.append(f"the chains together leave the platform {left.platform} freedoms")
-    said += [
-        f"{name} keeps {_motions(n)} of its own, which its drives move with the platform at rest" for name, n in loose.items()
-    ]
+    said += [f"{name} moves by itself" + (f" in {n} ways" if n > 1 else "") for name, n in loose.items()]
     if stopped.platform:
         said.append(f"with all drives held the platform still has {stopped.platform} freedoms")
     return "; ".join(said) if said else "six freedoms, six drives"
-
-
-def _motions(count: int) -> str:
-    return "a motion" if count == 1 else f"{count} motions"
 
 
 def _lost(wrench: Array, sampled: Sampled, at: int) -> str:
@@ -172,17 +166,17 @@ def _lost(wrench: Array, sampled: Sampled, at: int) -> str:
     force, moment = wrench[:3], wrench[3:] * length
     sense = math.copysign(1.0, wrench[np.argmax(np.abs(wrench).round(9))])
     if np.linalg.norm(force) < PURE:
-        return f"cannot turn about {_direction(sense * moment)}"
+        return f"turns about {_direction(sense * moment)}"
     size = float(np.linalg.norm(force))
     point = _centre(pose) + np.cross(force, moment) / size**2
     x, y, z = (f"{1e3 * c + 0.0:.1f}" for c in point.round(9))
-    words = f"cannot move along the line {_direction(sense * force)} through ({x}, {y}, {z}) mm"
+    words = f"motion along {_direction(sense * force)} through ({x}, {y}, {z}) mm"
     pitch = float(force @ moment) / size**2
     return words if abs(pitch) < PURE * length else f"{words}, unless it turns by the way over {-1e3 * pitch:.4g} mm"
 
 
 def _direction(vector: Array) -> str:
-    return "({:.3f}, {:.3f}, {:.3f})".format(*((vector / np.linalg.norm(vector)).round(3) + 0.0))
+    return "({:.2f}, {:.2f}, {:.2f})".format(*((vector / np.linalg.norm(vector)).round(2) + 0.0))
 
 
 def _centre(pose: Frame) -> Array:

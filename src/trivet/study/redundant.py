@@ -180,7 +180,7 @@ class _Chooser:
             tables = [table(self.asked, held, one) for held in options]
             if not any(isinstance(t, Miss) for t in tables):
                 begun += starts(self.asked, [t for t in tables if isinstance(t, Table)], one, 1)
-            best[p] = max(polished(self.asked, place, one).value for place in begun)
+            best[p] = polished(self.asked, begun, one).value
         progress("poses by themselves", count, count)
         return best
 

@@ -82,11 +82,13 @@ def _(result: LockSets) -> Iterator[Any]:
         f"{len(result.sets)} sets of {result.spare} to lock; {len(whole)} leave six freedoms{alike}"
     )
     for title, chosen in (("six freedoms are left", True), ("less is left", False)):
-        found = table(title, "locked", "alike", *([] if chosen else ["platform", "what is wrong"]), left=1)
+        found = table(title, "locked", "alike", *([] if chosen else ["what is left of the platform, and why"]))
         for own in result.groups.values():
             first = own[0]
             if first.is_whole is chosen:
-                found.add_row(first.name, str(len(own)), *([] if chosen else [str(first.platform), first.verdict]))
+                found.add_row(first.name, str(len(own)), *([] if chosen else [f"{first.platform}: {first.verdict}"]))
+        for column in found.columns:
+            column.justify = "left"
         if found.row_count:
             yield found
 
@@ -113,14 +115,20 @@ def _set(one: LockSet) -> dict[str, Any]:
     }
 
 
+def _task(result: LocksAdvised) -> str:
+    task = result.task
+    if task.family is None:
+        return task.name
+    return f"{task.name}, at {len(task.places.tilt)} poses and checked at {len(task.between.tilt)} between"
+
+
 @tables.register
 def _(result: LocksAdvised) -> Iterator[Any]:
     best, asked = result.best, result.measure
     assert best.worst is not None
     modes = "all working modes" if result.signs is None else "the machine's own working mode"
     yield (
-        f"{result.machine.name}: {result.task.name}, {len(result.task.places.tilt)} poses and "
-        f"{len(result.task.between.tilt)} to check, roll {result.task.roll}, {modes}\n"
+        f"{result.machine.name}: {_task(result)}, roll {result.task.roll}, {modes}\n"
         f"greatest {asked.name}, the least over the task: {number(best.value, asked)}\n"
         f"lock {where_locked(result.machine, best.coordinates)}; {mode_words(best.mode)}\n"
         f"worst at {_at(best.worst)}"

@@ -1,0 +1,427 @@
+"""Lock sets, where to lock for a task, all drives at work: against loops closed here, brute force, differences and laws."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from functools import cache
+from itertools import combinations
+from typing import Any
+
+import jax
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+import trivet as t
+from trivet.errors import InputError, NoResultError
+from trivet.kinematics.held import Held, ways
+from trivet.kinematics.inverse import inverse
+from trivet.kinematics.singularity import condition
+from trivet.kinematics.travel import margin
+from trivet.model.elements import Drivable
+from trivet.space.family import Family
+from trivet.space.pose import zyz_frame
+from trivet.statics.assembly import PLATFORM, assemble
+from trivet.statics.structure import structural_stiffness
+from trivet.study.lock_advice import LocksAdvised, Search, advise_locks
+from trivet.study.lock_measures import measure
+from trivet.study.lock_search import Poses, looked, over_poses, slopes_at, turned, with_best_rolls
+from trivet.study.lock_task import task_of
+from trivet.study.locks import lock_sets, with_drives_locked
+from trivet.study.pathfile import PathFile, PathPose
+from trivet.study.redundant import RedundantPath, redundant_path
+from trivet.vibration.exact import ExactStructure, exact_mesh
+from trivet.vibration.response import exact_receptance
+
+POSES = np.array([[0.0, 0.0, 0.125, 0.3, 0.1, -0.2], [0.003, 0.002, 0.124, 0.5, 0.15, -0.4]])
+
+
+@cache
+def free() -> t.Machine:
+    return t.load("rmmt").with_free_drives()
+
+
+def fewer(*chains: str) -> t.Machine:
+    """The prototype with guides that no drive moves, held aside, in all chains but these."""
+    machine = t.load("rmmt").with_locks({"leg-1.guide": 0.0, "leg-2.guide": 0.02, "leg-3.guide": -0.03})
+    changed = {}
+    for name, chain in machine.chains.items():
+        guide, *rest = chain.elements
+        assert isinstance(guide, Drivable)
+        own = dataclasses.replace(guide, locked=None) if name in chains else dataclasses.replace(guide, actuated=False)
+        changed[name] = dataclasses.replace(chain, elements=(own, *rest))
+    return dataclasses.replace(machine, chains=changed).renamed("fewer")
+
+
+def path() -> Family:
+    poses = [
+        PathPose((0.002, 0.001, 0.124), 0.0, math.radians(3), math.radians(8)),
+        PathPose((0.004, 0.003, 0.125), math.radians(40), math.radians(6), math.radians(-35)),
+        PathPose((-0.002, 0.004, 0.124), math.radians(70), math.radians(4), math.radians(-75)),
+    ]
+    return t.along_path("rmmt", PathFile(poses), 4)
+
+
+@cache
+def advised(objective: str) -> LocksAdvised:
+    return advise_locks(fewer("leg-1"), path(), objective)
+
+
+def to_and_fro() -> Family:
+    """From one side of the first chain to the other: its spare drive is wanted at opposite ends."""
+    there, back = PathPose((0.0, 0.004, 0.125), 0.0, 0.0, 0.3), PathPose((0.0, -0.004, 0.125), 0.0, 0.0, -0.3)
+    return t.along_path("rmmt", PathFile([there, back]), 4)
+
+
+@cache
+def redundant() -> RedundantPath:
+    return redundant_path(fewer("leg-1"), to_and_fro(), "K_zz")
+
+
+# Closure of the prototype's loops, written down once more: circle, cross slide, radial slide, hinge, link, ball.
+
+
+def turn(axis: int, angle: float) -> np.ndarray:
+    c, s = math.cos(angle), math.sin(angle)
+    i, j = [(1, 2), (2, 0), (0, 1)][axis]
+    made = np.eye(3)
+    made[i, i], made[j, j], made[i, j], made[j, i] = c, c, -s, s
+    return made
+
+
+def end_of(leg: int, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Where the chain ends and how its link stands there after the ball's three turns."""
+    guide, cross, slide, hinge, *ball = q
+    frame = turn(2, 2 * math.pi * leg / 3 + guide)
+    along = np.array([0.15 + slide, cross, 0.0]) + turn(1, hinge) @ np.array([-0.216, 0.0, 0.0])
+    return frame @ along, frame @ turn(1, hinge) @ turn(0, ball[0]) @ turn(1, ball[1]) @ turn(2, ball[2])
+
+
+def gap(leg: int, q: np.ndarray, place: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Twelve numbers, zero where the chain meets its joint on the platform."""
+    end, stands = end_of(leg, q)
+    seat = place + axes @ turn(2, 2 * math.pi * leg / 3) @ np.array([0.018, 0.0, 0.0])
+    return np.concatenate([(end - seat) / 0.018, (stands - axes).ravel()])
+
+
+@cache
+def loops() -> np.ndarray:
+    """(36, 27) slopes of all gaps by the 21 joint coordinates and the platform's six, at a closed place picked at random."""
+    random = np.random.default_rng(5)
+    place, axes = np.array([0.003, -0.002, 0.124]), turn(2, 0.4) @ turn(1, 0.2) @ turn(2, -0.3)
+    start = [0.0, 0.0, 0.044, 0.6, 0.0, -0.6, 0.0]
+    slopes = np.zeros((36, 27))
+    for leg in range(3):
+        first = np.array(start) + random.uniform(-1, 1, 7) * np.array([0.2, 0.01, 0.002, 0.05, 0.1, 0.1, 0.1])
+        found = least_squares(lambda q, leg=leg: gap(leg, q, place, axes), first, xtol=1e-15, ftol=1e-15, gtol=1e-15)
+        assert np.abs(found.fun).max() < 1e-9
+        assert abs(found.x[1]) > 1e-4  # no singular place of the cross slide
+        for j in range(7):
+            step = np.zeros(7)
+            step[j] = 1e-6
+            ahead, behind = (gap(leg, found.x + s * step, place, axes) for s in (1, -1))
+            slopes[12 * leg : 12 * leg + 12, 7 * leg + j] = (ahead - behind) / 2e-6
+        for j in range(6):
+            sides = []
+            for s in (1e-6, -1e-6):
+                moved, turned_axes = place.copy(), axes
+                if j < 3:
+                    moved[j] += 0.018 * s
+                else:
+                    turned_axes = turn(j - 3, s) @ axes
+                sides.append(gap(leg, found.x, moved, turned_axes))
+            slopes[12 * leg : 12 * leg + 12, 21 + j] = (sides[0] - sides[1]) / 2e-6
+    return slopes
+
+
+def rank(matrix: np.ndarray) -> int:
+    values = np.linalg.svd(matrix, compute_uv=False)
+    return int(np.sum(values > 1e-6 * max(values.max(initial=0.0), 1e-300)))
+
+
+def null_space(matrix: np.ndarray) -> np.ndarray:
+    _, values, rows = np.linalg.svd(matrix)
+    return rows[int(np.sum(values > 1e-7 * values[0])) :].T
+
+
+def test_all_lock_sets_of_the_prototype_by_its_closed_loops() -> None:
+    found = lock_sets("rmmt")
+    assert (len(found.sets), found.spare, found.symmetry, len(found.whole)) == (84, 3, 3, 27)
+    assert len({one.group for one in found.whole}) == 11
+    slopes = loops()
+    names = {
+        f"leg-{leg + 1}.{joint}": 7 * leg + j for leg in range(3) for j, joint in enumerate(("guide", "tangential", "radial"))
+    }
+    assert list(names) == list(found.drives)
+    for one, chosen in zip(found.sets, combinations(names, 3), strict=True):
+        assert one.drives == chosen
+        kept = [k for k in range(27) if k not in [names[n] for n in chosen]]
+        motions = np.zeros((27, 0)) if not kept else np.zeros((27, null_space(slopes[:, kept]).shape[1]))
+        motions[kept] = null_space(slopes[:, kept])
+        platform = rank(motions[21:])
+        assert one.platform == platform, one
+        alone = motions.shape[1] - platform
+        assert sum(one.loose.values()) == alone, one
+        stopped = [k for k in kept if k not in names.values()]
+        assert one.is_whole == (platform == 6 and motions.shape[1] == 6 and null_space(slopes[:, stopped]).shape[1] == 0)
+
+
+def test_a_set_says_what_it_takes() -> None:
+    sets = {one.drives: one for one in lock_sets("rmmt").sets}
+    two = sets["leg-1.guide", "leg-1.tangential", "leg-2.guide"]
+    assert two.verdict == "leg-1 stops motion along (0.00, 1.00, 0.00) through (18.0, 0.0, 125.0) mm; leg-3 moves by itself"
+    three = sets["leg-1.guide", "leg-1.tangential", "leg-1.radial"]
+    assert three.verdict == "leg-1 takes 2 freedoms of the platform; leg-2 moves by itself; leg-3 moves by itself"
+    assert three.platform == 4
+
+
+def test_groups_are_turns_of_the_machine() -> None:
+    for own in lock_sets("rmmt").groups.values():
+        shifted = {
+            tuple(sorted(f"leg-{(int(n[4]) - 1 + k) % 3 + 1}{n[5:]}" for n in own[0].drives)) for k in range(3)
+        }  # fmt: skip
+        assert {tuple(sorted(one.drives)) for one in own} == shifted
+
+
+@pytest.mark.parametrize("chains", [("leg-1",), ("leg-1", "leg-2")])
+def test_machines_with_seven_and_eight_drives(chains: tuple[str, ...]) -> None:
+    found = lock_sets(fewer(*chains))
+    spare = len(chains)
+    assert (len(found.drives), found.spare, found.symmetry) == (6 + spare, spare, 1)
+    assert len(found.whole) == 3**spare
+    assert all({name.partition(".")[0] for name in one.drives} == set(chains) for one in found.whole)
+    held = with_drives_locked(found.machine, {found.whole[0].drives[0]: 0.01})
+    asides = [leg.chain.elements[0].locked for leg in held.legs if leg.name not in chains]
+    assert all(aside is not None for aside in asides)  # guides without a drive stay held
+    assert held.legs[0].chain.elements[0].locked == 0.01
+
+
+def test_drives_that_are_redundant_in_force_cannot_be_locked() -> None:
+    """A driven hinge beside guide and slide: seven drives, yet every chain has the platform's six freedoms only."""
+    machine = t.load("azulay")
+    (name, chain), = machine.chains.items()  # fmt: skip
+    driven = tuple(dataclasses.replace(e, actuated=True) if e.name == "hinge" else e for e in chain.elements)
+    machine = dataclasses.replace(machine, chains={name: dataclasses.replace(chain, elements=driven)})
+    found = lock_sets(machine)
+    assert (found.spare, found.whole) == (3, ())
+    with pytest.raises(NoResultError, match="no set of 3 locked drives leaves six freedoms"):
+        advise_locks(machine, POSES)
+
+
+def held_at(joints: tuple[str, ...], guides: tuple[float, ...]) -> tuple[tuple[Held, ...], np.ndarray]:
+    """Every chain held by one drive, where that stands at the first pose with the guide at an angle."""
+    machine, frames = free(), zyz_frame(POSES[:1, :3], POSES[:1, 3], POSES[:1, 4], np.zeros(1))
+    chosen, values = [], []
+    for leg, (joint, guide) in enumerate(zip(joints, guides, strict=True)):
+        own = ways(machine, leg, ("guide",))[0].coordinates(np.array([[guide]]), frames, POSES[:1, 5])
+        cross = float(own[f"leg-{leg + 1}.tangential"][0])
+        signs = {"guide": (1.0, 1.0), "tangential": (1.0, 1.0), "radial": (math.copysign(1.0, cross), 1.0)}[joint]
+        chosen.append(next(way for way in ways(machine, leg, (joint,)) if way.signs == signs))
+        values.append(float(own[f"leg-{leg + 1}.{joint}"][0]))
+    return tuple(chosen), np.array(values)
+
+
+def task() -> Poses:
+    return task_of(POSES).poses
+
+
+MIXED = ("guide", "radial", "tangential"), (0.05, -0.12, 0.2)
+
+
+@pytest.mark.parametrize("kind", [MIXED, (("radial",) * 3, (0.1, -0.2, 0.15))])
+def test_the_locked_machine_stands_at_its_locks(kind: Any) -> None:
+    chosen, values = held_at(*kind)
+    x, y, z, azimuth, tilt, roll = POSES[0].tolist()
+    for way, v in zip(chosen, values, strict=True):
+        frames = zyz_frame(POSES[:1, :3], POSES[:1, 3], POSES[:1, 4], np.zeros(1))
+        own = way.coordinates(np.array([[v]]), frames, POSES[:1, 5])
+        assert own[way.drives[0]][0] == pytest.approx(v, abs=1e-12)
+        seat = next(int(leg.name[4]) - 1 for leg in free().legs if leg.name == way.leg.name)
+        q = np.array([float(own[f"{way.leg.name}.{n}"][0]) for n in ("guide", "tangential", "radial")])
+        # With hinge from the height alone, the chain as written down above ends in its joint on the platform.
+        axes = turn(2, azimuth) @ turn(1, tilt) @ turn(2, roll)
+        point = np.array([x, y, z]) + axes @ turn(2, 2 * math.pi * seat / 3) @ np.array([0.018, 0.0, 0.0])
+        hinge = math.asin(point[2] / 0.216)
+        end, _ = end_of(seat, np.array([*q, hinge, 0.0, 0.0, 0.0]))
+        assert end == pytest.approx(point, abs=1e-12)
+
+
+def test_pieces_together_are_the_locked_machine() -> None:
+    """Stiffness by the structure of the machine, which knows nothing of screws; the rest from the machine's own kernels."""
+    chosen, values = held_at(*MIXED)
+    names = [name for way in chosen for name in way.drives]
+    locked = with_drives_locked(free(), dict(zip(names, values.tolist(), strict=True)))
+    signs, poses = np.array([way.signs for way in chosen]), task().some(np.array([1]))
+    assert poses.rolls is not None
+    pose = jax.tree.map(lambda c: float(c[0]), turned(poses.frames, poses.rolls))
+    margins = [float(margin(leg, inverse(leg, pose, signs[k]), pose)) for k, leg in enumerate(locked.legs)]
+    near = condition(locked, pose, signs)
+    assert np.linalg.cond(np.linalg.solve(near.rows.j_q, near.rows.j_x) * [1, 1, 1, *[1 / 0.018] * 3]) < 1e3  # full rank
+    expected = {
+        "K_zz": structural_stiffness(locked, pose, signs)[2, 2],
+        "sigma_min": float(near.sigma_min),
+        "travel": min(margins),
+    }
+    for name, wanted in expected.items():
+        found, own = looked(measure(free(), name), chosen, values[None], poses.frames, poses.rolls)
+        assert found.min() == pytest.approx(wanted, rel=1e-6 if name == "K_zz" else 1e-9), name
+        assert own[0] == pytest.approx(margins, rel=1e-9)
+
+
+def test_a_drive_that_holds_yields_as_one_that_is_locked() -> None:
+    """Least dynamic stiffness of the free machine as it stands; of the locked one by its matrices between all nodes."""
+    chosen, values = held_at(*MIXED)
+    names = [name for way in chosen for name in way.drives]
+    poses = task().some(np.array([0]))
+    assert poses.rolls is not None
+    low, high = 50.0, 300.0
+    found, _ = looked(measure(free(), "D_zz", low, high), chosen, values[None], poses.frames, poses.rolls)
+    locked = with_drives_locked(free(), dict(zip(names, values.tolist(), strict=True)))
+    pose = jax.tree.map(lambda c: float(c[0]), turned(poses.frames, poses.rolls))
+    mesh = exact_mesh(assemble(locked, pose, np.array([way.signs for way in chosen])), 2 * math.pi * high)
+    row, whole = mesh.rows(PLATFORM)[2:3], ExactStructure(mesh)
+    first = np.linspace(low, high, 301)
+    top = first[np.argmax(np.abs(exact_receptance(whole, row, row, first, 0.02)).ravel())]
+    size = np.abs(exact_receptance(whole, row, row, np.linspace(top - 1, top + 1, 201), 0.02)).ravel()
+    assert 1 / size.max() == pytest.approx(found[0, 0], rel=1e-6)
+    assert 1 / size.max() >= found[0, 0] * (1 - 1e-9)
+
+
+@pytest.mark.parametrize("name", ["K_zz", "sigma_min", "travel"])
+def test_slopes_by_differences(name: str) -> None:
+    chosen, values = held_at(*MIXED)
+    asked, poses = measure(free(), name), task()
+    assert poses.rolls is not None
+    both = np.tile(values, (2, 1))
+    by, margins = slopes_at(asked, chosen, both, poses.frames, poses.rolls, by_roll=True)
+    for v in range(4):
+        step, aside = 1e-6 * np.eye(4)[v, :3], 1e-6 * (v == 3)
+        ahead, behind = (looked(asked, chosen, both + s * step, poses.frames, poses.rolls + s * aside) for s in (1, -1))
+        assert by[..., v] == pytest.approx((ahead[0] - behind[0]) / 2e-6, rel=1e-5, abs=1e-6 * np.abs(by).max())
+        assert margins[..., v] == pytest.approx((ahead[1] - behind[1]) / 2e-6, rel=1e-5, abs=1e-6 * np.abs(margins).max())
+
+
+@pytest.mark.parametrize("objective", ["K_zz", "travel"])
+def test_brute_force_finds_nothing_better(objective: str) -> None:
+    found = advised(objective)
+    asked, family = found.measure, path()
+    fine = task_of(_rows(family, np.linspace(1, 3, 33))).poses
+    assert fine.rolls is not None
+    for advice in found.reached:
+        assert advice.place is not None
+        own = advice.place.ways[0]
+        best = -np.inf
+        for way in ways(found.machine, 0, own.joints):
+            every = (way, *advice.place.ways[1:])
+            grid = np.linspace(way.low, way.high, 401)
+            best = max(best, float(over_poses(asked, every, grid, fine.frames, fine.rolls).min(axis=1).max()))
+        at_best = float(over_poses(asked, advice.place.ways, advice.place.values[None], fine.frames, fine.rolls).min())
+        assert advice.value >= best * (1 - 1e-3), (objective, advice.locks.name)
+        assert at_best == pytest.approx(advice.value, rel=1e-3)  # between the poses that were looked at nothing is much worse
+    values = [advice.value for advice in found.reached]
+    assert values == sorted(values, reverse=True)
+    assert found.best.value >= found.as_is or math.isnan(found.as_is)
+
+
+def _rows(family: Family, at: np.ndarray) -> list[list[float]]:
+    places = family.places(at[:, None])
+    assert places.roll is not None
+    return np.column_stack([places.position, places.azimuth, places.tilt, places.roll]).tolist()
+
+
+def test_copies_give_equal_values_where_the_task_is_alike() -> None:
+    sets = lock_sets("rmmt")
+    own = next(group for group in sets.groups.values() if group[0].is_whole and len(group) == 3)
+    search = Search(sets.machine, measure(sets.machine, "K_zz"), task_of([[0.0, 0.0, 0.125, 0.0, 0.0, 0.1]]), None)
+    values = [search.advise(one).value for one in own]
+    assert values == pytest.approx([values[0]] * 3, rel=1e-6)
+
+
+def test_rolls_that_are_free_are_best_at_every_pose() -> None:
+    family = t.over_hemisphere(0.121, 0.004, 1)
+    found = advise_locks(fewer("leg-1"), family, "K_zz")
+    assert found.task.roll == "best"
+    place = found.best.place
+    assert place is not None
+    turns = np.linspace(0, 2 * math.pi, 360, endpoint=False)
+    for pose in range(len(found.task.poses)):
+        one = found.task.poses.some(np.full(360, pose))
+        values = over_poses(found.measure, place.ways, place.values[None], one.frames, turns)[0]
+        assert place.least[pose] >= values.max() * (1 - 1e-9)
+    level = with_best_rolls(found.measure, place._replace(values=place.values * 0.5), found.task.poses)
+    assert level.value <= found.best.value * (1 + 1e-9)
+
+
+def test_advice_names_the_pose_and_the_joint_that_is_not_reached() -> None:
+    turned_far = [[0.0, 0.0, 0.125, 0.0, 0.0, 0.0], [0.0, 0.0, 0.125, 0.0, 0.0, 0.9]]
+    found = advise_locks(fewer("leg-1"), turned_far, "travel")
+    lost = {advice.locks.name: advice for advice in found.advices if advice.place is None}
+    for drive in ("leg-1.tangential", "leg-1.radial"):
+        assert "leg-1.guide at" in lost[drive].reason or "cannot close" in lost[drive].reason
+        assert lost[drive].missed is not None
+        assert lost[drive].missed.angles[2] in (0.0, 0.9)
+    assert found.best.locks.name == "leg-1.guide"
+    with pytest.raises(
+        NoResultError, match=r"no lock set reaches all of the task \(2 poses\); with leg-1\.\w+: leg-\d\.\w+ at .* its limit of"
+    ):
+        advise_locks(fewer("leg-1"), [turned_far[0], [0.08, 0.0, 0.125, 0.0, 0.0, 0.0]], "travel")
+
+
+def test_all_drives_at_work_are_between_the_best_locks_and_every_pose_by_itself() -> None:
+    found = redundant()
+    known = np.isfinite(found.alone)
+    assert known.sum() == len(found.place) // 2 + 1
+    assert found.least >= found.locked_least
+    assert np.all(found.value[known] <= found.alone[known] * (1 + 1e-9))
+    assert found.least <= found.bound * (1 + 1e-9)
+    assert found.least > found.locked_least * 1.0005  # it is worth something here
+    assert found.locked_least == pytest.approx(found.fixed.best.value, rel=1e-3)
+
+
+def test_drives_along_a_path_stand_where_the_platform_is_and_keep_to_their_rate() -> None:
+    found = redundant()
+    columns = {name: found.coordinates[:, k] for k, name in enumerate(found.drives)}
+    part = found.place - 1
+    for name in found.spare:
+        joint = next(e for leg in found.machine.legs for e in leg.chain.elements if f"{leg.name}.{e.name}" == name)
+        assert isinstance(joint, Drivable)
+        assert joint.travel is not None
+        rates = np.abs(np.diff(columns[name]) / np.diff(part)) / (joint.travel[1] - joint.travel[0])
+        assert rates.max() <= found.rate * (1 + 1e-6)
+    assert found.places.roll is not None
+    for k in (0, 5):
+        angles = found.places.azimuth[k], found.places.tilt[k], found.places.roll[k]
+        held = with_drives_locked(found.machine, {"leg-1.guide": float(columns["leg-1.guide"][k])})
+        pose = jax.tree.map(float, zyz_frame(found.places.position[k], *angles))
+        assert structural_stiffness(held, pose, np.ones((3, 2)))[2, 2] == pytest.approx(found.value[k], rel=1e-6)
+
+
+def test_a_slower_drive_gives_no_more() -> None:
+    slow = redundant_path(fewer("leg-1"), to_and_fro(), "K_zz", rate=1e-6)
+    assert slow.least == pytest.approx(slow.locked_least, rel=1e-5)
+    assert slow.least <= redundant().least * (1 + 1e-9)
+
+
+def refused(match: str, call: Any) -> None:
+    with pytest.raises((InputError, NoResultError), match=match) as caught:
+        call()
+    assert "\n" not in str(caught.value)
+
+
+def test_wrong_input_is_told() -> None:
+    machine = fewer("leg-1")
+    refused("azulay: has 6 drives, none to spare", lambda: lock_sets("azulay"))
+    refused("objective 'K_xy' is not known; did you mean", lambda: advise_locks(machine, POSES, "K_xy"))
+    refused("wants rolls that are known", lambda: advise_locks(machine, t.over_hemisphere(0.121, 0.004, 2), "D_xx"))
+    refused("have rolls of their own", lambda: advise_locks(machine, POSES, roll="best"))
+    refused("expected an angle", lambda: advise_locks(machine, t.over_hemisphere(0.121, 0.004, 2), roll="half"))
+    refused("poses: a list of", lambda: advise_locks(machine, [[0.0, 0.0]]))
+    refused("poses: a list of", lambda: advise_locks(machine, []))
+    refused("modes 'some': expected all, or own", lambda: advise_locks(machine, POSES, modes="some"))  # type: ignore[arg-type]
+    refused("this is none", lambda: redundant_path(machine, t.over_hemisphere(0.121, 0.004, 2)))
+    refused("rate: 0 travels", lambda: redundant_path(machine, path(), rate=0.0))
+    bare = dataclasses.replace(machine.chains["leg-1"].elements[0], travel=None)
+    chain = dataclasses.replace(machine.chains["leg-1"], elements=(bare, *machine.chains["leg-1"].elements[1:]))
+    untold = dataclasses.replace(machine, chains=machine.chains | {"leg-1": chain})
+    refused("chains.leg-1.guide: has no travel", lambda: ways(untold.with_free_drives(), 0, ("guide",)))
