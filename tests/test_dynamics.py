@@ -50,9 +50,13 @@ POSES = 3
 
 @contextmanager
 def compiler(works: bool) -> Iterator[None]:
-    """Kernels compiled or op by op in here, as before out there."""
-    with jax.disable_jit(not works):
+    """Kernels compiled or op by op in here, also in threads, which `jax.disable_jit` does not reach; as before out there."""
+    before = jax.config.jax_disable_jit
+    jax.config.update("jax_disable_jit", not works)  # type: ignore[no-untyped-call]
+    try:
         yield
+    finally:
+        jax.config.update("jax_disable_jit", before)  # type: ignore[no-untyped-call]
 
 
 @pytest.fixture(autouse=True)

@@ -174,22 +174,22 @@ def test_slopes_of_the_forces(name: str) -> None:
     pose, twist, rise = part(states.pose, [0]), states.twist[:1], states.rise[:1]
     around = eq.Surroundings(Vec(*states.gravity), wrench_of(states.load[:1]), CREEP)
 
-    @jax.jit
+    @jax.vmap
     def forces(dims: Any, pose: Frame, twist: Any, rise: Any) -> Any:
         bodies = Bodies.of(jax.tree.unflatten(structure, list(dims)))
         stand = [group.stand(pose, states.signs) for group in bodies.alike()]
         state = eq.State(pose, twist_of(twist))
         return jnp.concatenate(eq.inverse_dynamics(bodies, state, twist_of(rise), stand, around).force)
 
-    def displaced(d: np.ndarray) -> np.ndarray:
-        there = turned(exponential(d[3:6]), pose, d[:3])
-        return np.asarray(forces(dims + d[18:], there, twist + d[6:12], rise + d[12:18]))
-
     steps = np.r_[np.full(3, 2e-5), np.full(3, 1e-3), np.full(12, 3e-4), 1e-3 * np.where(dims == 0, 0.1, np.abs(dims))]
+    ways = np.concatenate([place * np.diag(steps) for place in PLACES])
+    there = joined_poses([turned(exponential(way[3:6]), pose, way[:3]) for way in ways])
+    shifts = ways[:, None, 6:12], ways[:, None, 12:18]
+    beside = forces(dims + ways[:, 18:], jax.tree.map(lambda c: c[:, None], there), twist + shifts[0], rise + shifts[1])
+    beside = np.asarray(beside).reshape(len(PLACES), len(steps), 6)
     with compiler(True):
         state, ahead, load = (jax.tree.map(lambda c: float(c[0]), t) for t in states.given)
         found = force_slopes(states.case(machine, CREEP), state, ahead, load)
-        beside = np.array([[displaced(place * step) for step in np.diag(steps)] for place in PLACES])
     differences = np.einsum("k,kij->ji", WEIGHTS, beside) / steps
     for own, expected in zip(found[1:], np.split(differences[:, :18], 3, axis=1), strict=True):
         close(own, expected, 1e-6)
