@@ -388,6 +388,9 @@ def cut(data: bytes, old: bytes, new: bytes, times: int = 1) -> bytes:
     return data.replace(old, new, times)
 
 
+MODE_LINES = [*["NONE"] * 5, "".join(f"{k:10d}" for k in (1, 3, 2, 8, 5, 3)), "         2         6         1         1"]
+MODE_LINES += ["".join(f"{c:13.5E}" for c in row) for row in ((-0.5, 40, 0, 0, 0, 0),)]
+MODE_LINES += [f"{3:10d}", "".join(f"{c:13.5E}" for c in (1, 2, 3, 4, 5, -6))]
 GOOD = plain.function(F, Y)
 IN_BYTES = plain.function_bytes(F, Y)
 LINES = GOOD.split(b"\n")
@@ -484,6 +487,10 @@ WRONG: dict[str, tuple[bytes, str]] = {
     "coherence of 2": (
         GOOD + plain.function(F, np.full(N, 2.0), kind=6, ordinate=4),
         "coherence 2 at frequency line 1; expected 0 to 1",
+    ),
+    "mode out of its columns": (
+        plain.dataset(55, *MODE_LINES[:-1], MODE_LINES[-1][4:]) + GOOD,
+        "expected 6 finite numbers, 13 characters wide",
     ),
     "millions": (cut(GOOD, b"        23", b"  23000000"), "23000000 points; functions are read up to 1000000"),
     "no function": (plain.units(), "no frequency response function (type 58, function type 4); found: nothing else"),

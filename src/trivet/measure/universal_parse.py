@@ -81,8 +81,8 @@ def function(block: Block) -> Fields:
         body = [_FORTRAN.sub("E", line) for line in lines[HEAD:] if line]
         values = _values(block, body, form)
         found = _ask(block, dataset_58._extract58, "\n".join([*lines[:HEAD], *_filled(body, values, form)]).encode())
-    if len(found["data"]) != form.points:
-        raise block.error(f"declares {form.points} points, holds {len(found['data'])}", HEAD)
+    if not len(found["data"]) == len(found["x"]) == form.points:
+        raise block.error(f"numbers do not stand in the columns of their form, {form.width} characters wide", HEAD)
     _check_finite(block, found)
     if block.body is None:
         _compare(block, found, values, form)
@@ -234,9 +234,12 @@ def _mode(block: Block) -> Fields | None:
     lines[9:] = [_FORTRAN.sub("E", line) for line in lines[9:]]
     for j, line in enumerate(lines[10:]):
         count = 1 if j % 2 == 0 else 6 if (values, each) != (2, 3) else 3
-        numbers = _NUMBER.findall(line)
-        if len(numbers) != count or _NUMBER.sub("", line).strip() or not all(np.isfinite(float(n)) for n in numbers):
-            raise block.error(f"{shown(line)}: expected {count} {'number' if count == 1 else 'finite numbers'}", 10 + j)
+        width = 10 if count == 1 else 13
+        cells = [line[k * width : (k + 1) * width].strip() for k in range(max(count, -(-len(line) // width)))]
+        if len(cells) != count or not all(_NUMBER.fullmatch(cell) and np.isfinite(float(cell)) for cell in cells):
+            what = "a number" if count == 1 else f"{count} finite numbers"
+            raise block.error(f"{shown(line)}: expected {what}, {width} characters wide", 10 + j)
+        lines[10 + j] = line.ljust(width * count)
     return _ask(block, dataset_55._extract55, "\n".join(lines))
 
 

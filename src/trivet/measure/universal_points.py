@@ -121,7 +121,7 @@ def _systems(block: Block, fields: Fields) -> dict[int, System]:
         axes, origin = np.array(matrix[:3]), np.array(matrix[3])
         if kind not in (CARTESIAN, CYLINDRICAL, SPHERICAL):
             raise block.error(f"coordinate system {label} is of type {kind}; expected 0, 1 or 2")
-        if np.abs(axes.T @ axes - np.eye(3)).max() > SQUARE or np.linalg.det(axes) < 0:
+        if np.abs(axes).max() > 1 + SQUARE or np.abs(axes.T @ axes - np.eye(3)).max() > SQUARE or np.linalg.det(axes) < 0:
             raise block.error(f"axes of coordinate system {label} are not square to each other, or left-handed")
         found[int(label)] = System(kind, axes / np.linalg.norm(axes, axis=0), origin)
     return found

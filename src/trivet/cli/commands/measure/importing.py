@@ -19,7 +19,7 @@ def run(
         str | None,
         typer.Option(
             "--units",
-            help="Of universal files that do not tell or contradict themselves: 'm/s^2 per N'; with points in mm 'g per N, mm'.",
+            help="Of universal files that do not tell, or contradict themselves: 'm/s^2 per N', or 'g per N, mm' with points.",
         ),
     ] = None,
     least_coherence: Annotated[
