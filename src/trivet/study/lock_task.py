@@ -23,7 +23,7 @@ BEST, AGAINST = "best", "-alpha"
 MOST = 2000
 """Poses at most."""
 
-TaskLike = Family | Sequence[Sequence[float]]
+TaskLike = Family | Sequence[Sequence[float]] | Array
 
 
 @dataclass(frozen=True)

@@ -203,9 +203,8 @@ def _(result: RedundantPath) -> Iterator[Any]:
     yield rows
     known = joints(result.machine)
     units = ["°" if known[name].is_angular else "mm" for name in result.drives]
-    found = table(
-        "along the path", "pose", asked.name, *(f"{n} {u}" for n, u in zip(result.drives, units, strict=True)), left=0
-    )
+    heads = [f"{name}, {unit}".replace(".", "\n", 1) for name, unit in zip(result.drives, units, strict=True)]
+    found = table("along the path", "pose", asked.name, *heads, left=0)
     for k in np.unique(np.linspace(0, len(result.place) - 1, SHOWN).round().astype(int)).tolist():
         own = [math.degrees(v) if u == "°" else 1e3 * v for v, u in zip(result.coordinates[k], units, strict=True)]
         found.add_row(f"{result.place[k]:.3f}", number(float(result.value[k]), asked), *(f"{v + 0.0:.3f}" for v in own))

@@ -1,0 +1,152 @@
+"""The command locks: the sets, advice and drives as tables, JSON, NetCDF and figures, and wrong input."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from test_locks import fewer, to_and_fro
+
+import trivet as t
+from trivet.show import locks as drawn
+
+PATH = """
+[[poses]]
+position = ["0 mm", "4 mm", "125 mm"]
+roll = "0.3 rad"
+
+[[poses]]
+position = ["0 mm", "-4 mm", "125 mm"]
+roll = "-0.3 rad"
+"""
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> tuple[str, str]:
+    """A machine with seven drives, and a path."""
+    machine, path = tmp_path / "fewer.toml", tmp_path / "path.toml"
+    t.write(fewer("leg-1"), machine)
+    path.write_text(PATH, encoding="utf-8")
+    return str(machine), str(path)
+
+
+def test_lock_sets_as_a_table_and_as_json(trivet: Any) -> None:
+    code, out, _ = trivet("locks", "rmmt")
+    assert code == 0
+    assert "rmmt: 9 drives, 3 to spare" in out
+    assert "84 sets of 3 to lock; 27 leave six freedoms, 11 of them different by the machine's turns about z" in out
+    assert "4: leg-1 takes 2 freedoms of the platform; leg-2 moves by itself; leg-3 moves by itself" in out
+    code, out, _ = trivet("locks", "rmmt", "--json")
+    found = json.loads(out)
+    assert code == 0
+    assert len(found["lock_sets"]) == 84
+    assert sum(one["leaves_six_freedoms"] for one in found["lock_sets"]) == 27
+    assert found["spare_drives"] == found["symmetry"] == 3
+
+
+def test_advice_as_json_figures_and_data(trivet: Any, files: tuple[str, str], tmp_path: Path) -> None:
+    machine, path = files
+    kept, picture, page = (str(tmp_path / name) for name in ("locks.nc", "locks.png", "locks.html"))
+    outputs = "--data", kept, "--figure", picture, "--figure", page
+    code, out, _ = trivet("locks", machine, "--path", path, "--steps", "4", "--objective", "K_zz", "--json", *outputs)
+    assert code == 0
+    found = json.loads(out)
+    own = t.advise_locks(machine, t.along_path(machine, path, 4), "K_zz")
+    best, *rest = found["advice"]
+    assert best["least_N_per_m"] == pytest.approx(own.best.value, rel=1e-9)
+    assert best["locks"][0]["joint"] == "leg-1.guide"
+    assert best["locks"][0]["coordinate_rad"] == pytest.approx(own.best.coordinates["leg-1.guide"], abs=1e-9)
+    assert best["worst_pose"]["roll_rad"] == pytest.approx(math.copysign(0.3, best["worst_pose"]["position_m"][1]))
+    assert [one["reached"] for one in rest] == [False, False]
+    assert all("limit" in one["reason"] or "close" in one["reason"] for one in rest)
+    with xr.open_dataset(kept, engine="h5netcdf") as data:
+        assert data["least"].values[0] == pytest.approx(own.best.value, rel=1e-9)
+        assert data["least"].attrs["units"] == "N/m"
+        locked = data["locked_coordinate"].sel(lock_set="leg-1.guide")
+        assert np.isfinite(locked).sum() == 1
+        assert np.isnan(data["value"].values[1:]).all()
+        assert data["value"].values[0].min() == pytest.approx(own.best.value, rel=1e-9)
+        assert data.attrs["objective_name"] == "K_zz"
+    assert Path(picture).read_bytes()[:4] == b"\x89PNG"
+    assert "which drives to lock" in Path(page).read_text(encoding="utf-8")
+    names, least, most = drawn.bars(own)
+    assert names == ["leg-1.guide"]
+    assert least[0] == pytest.approx(own.best.value / 1e6)
+    assert least[0] <= most[0]
+
+
+def test_all_drives_as_tables_figures_and_data(trivet: Any, files: tuple[str, str], tmp_path: Path) -> None:
+    machine, path = files
+    kept, picture, page = (str(tmp_path / name) for name in ("drives.nc", "drives.png", "drives.html"))
+    outputs = "--data", kept, "--figure", picture, "--figure", page
+    task = "--path", path, "--steps", "4", "--objective", "K_zz", "--redundant"
+    code, out, _ = trivet("locks", machine, *task, *outputs)
+    assert code == 0
+    own = t.redundant_path(machine, t.along_path(machine, path, 4), "K_zz")
+    assert f"{own.least / 1e6:.5g} N/µm" in out
+    assert re.search(rf"^best locks +{own.locked_least / 1e6:.5g} N/µm +leg-1.guide=", out, re.MULTILINE)
+    with xr.open_dataset(kept, engine="h5netcdf") as data:
+        assert data["joint_coordinate"].shape == (17, 7) == (len(own.place), len(own.drives))
+        assert np.allclose(data["value"], own.value, rtol=1e-9)
+        assert float(data["value"].min()) == pytest.approx(own.least)
+        assert data["joint_coordinate"].sel(drive="leg-1.guide").values == pytest.approx(own.coordinates[:, 0], abs=1e-9)
+    assert Path(picture).read_bytes()[:4] == b"\x89PNG"
+    assert "all drives at work" in Path(page).read_text(encoding="utf-8")
+    curves = {curve.name: curve for curve in drawn.drive_curves(own)}
+    assert list(curves) == list(own.drives)
+    travel = math.radians(40)
+    assert curves["leg-1.guide"].values == pytest.approx((own.coordinates[:, 0] + travel / 2) / travel)
+    alone, work, locks = drawn.value_curves(own)
+    assert np.all(work.values[::2] <= alone.values * (1 + 1e-9))
+    assert locks.values.min() <= work.values.min()
+
+
+def test_a_pose_with_travel_in_words(trivet: Any, files: tuple[str, str]) -> None:
+    code, out, _ = trivet("locks", files[0], "--tilt", "5 deg", "--objective", "travel")
+    assert code == 0
+    assert "fewer: one pose, roll given, all working modes" in out
+    assert "least travel by lock set" in out
+
+
+REDUNDANT = "--path", "PATH", "--redundant"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (("azulay",), 2, "azulay: has 6 drives, none to spare"),
+        (("MACHINE", "--tilt", "1 deg", "--objective", "K_xy"), 2, "objective 'K_xy' is not known; did you mean"),
+        (("MACHINE", "--position", "0.2 m, 0 m, 0.125 m", "--objective", "travel"), 1, "no lock set reaches all of the task"),
+        (("MACHINE", "--redundant"), 2, "--redundant: all drives are chosen along a path; give --path"),
+        (("MACHINE", "--rate", "2"), 2, "--rate: is of all drives at work"),
+        (("MACHINE", *REDUNDANT, "--rate", "0"), 2, "rate: 0 travels"),
+        (("MACHINE", "--path", "PATH", "--hemisphere"), 2, "one task at a time"),
+        (("MACHINE", "--path", "PATH", "--roll", "0 deg"), 2, "one task at a time"),
+        (("MACHINE", "--steps", "3"), 2, "--steps: of a path or a hemisphere"),
+        (("MACHINE", "--radius", "3 mm"), 2, "--radius, --height: of the hemisphere"),
+        (("MACHINE", "--figure", "a.png"), 2, "--figure, --data: show advice for a task"),
+        (("MACHINE", "--path", "absent.toml"), 2, "absent.toml"),
+        (("MACHINE", "--hemisphere", "--objective", "D_xx"), 2, "wants rolls that are known"),
+        (("MACHINE", "--hemisphere", "--roll", "half"), 2, '--roll "half"'),
+        (("MACHINE", "--tilt", "1 deg", "--modes", "some"), 2, "modes 'some': expected all, or own"),
+    ],
+)
+def test_wrong_input_is_one_line(
+    trivet: Any, files: tuple[str, str], arguments: tuple[str, ...], code: int, words: str
+) -> None:
+    given = [{"MACHINE": files[0], "PATH": files[1]}.get(word, word) for word in arguments]
+    found, out, err = trivet("locks", *given)
+    assert (found, out) == (code, "")
+    assert words in err
+    assert err.count("\n") == 1
+
+
+def test_the_path_of_the_tests_is_that_of_the_file(files: tuple[str, str]) -> None:
+    ours, theirs = to_and_fro(), t.along_path(files[0], files[1], 4)
+    assert np.allclose(ours.places(ours.coordinates).position, theirs.places(theirs.coordinates).position)
