@@ -234,12 +234,12 @@ def _mode(block: Block) -> Fields | None:
     lines[9:] = [_FORTRAN.sub("E", line) for line in lines[9:]]
     for j, line in enumerate(lines[10:]):
         count = 1 if j % 2 == 0 else 6 if (values, each) != (2, 3) else 3
-        width = 10 if count == 1 else 13
-        cells = [line[k * width : (k + 1) * width].strip() for k in range(max(count, -(-len(line) // width)))]
-        if len(cells) != count or not all(_NUMBER.fullmatch(cell) and np.isfinite(float(cell)) for cell in cells):
-            what = "a number" if count == 1 else f"{count} finite numbers"
-            raise block.error(f"{shown(line)}: expected {what}, {width} characters wide", 10 + j)
-        lines[10 + j] = line.ljust(width * count)
+        if count == 1:
+            _row(block, [line.strip()], 1, 10 + j)
+            continue
+        cells = [line[k : k + 13].strip() for k in range(0, max(13 * count, len(line)), 13)]
+        _row(block, cells, count, 10 + j)
+        lines[10 + j] = line.ljust(13 * count)
     return _ask(block, dataset_55._extract55, "\n".join(lines))
 
 
