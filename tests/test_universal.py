@@ -368,7 +368,7 @@ def test_written_files_by_other_parsers(tmp_path: Path) -> None:
 
 def test_modes(tmp_path: Path) -> None:
     """Normal modes by frequency and damping, complex ones by their pole, whichever of a pair it is."""
-    rows = ["NONE", "second bending", "NONE", "NONE", "NONE", "", "         2         4         1         2"]
+    rows = ["NONE", "second bending", "", "NONE", "NONE", "", "         2         4         1         2"]
     normal = [*rows, f"{12.5:13.5E}{1:13.5E}{0.02:13.5E}{0:13.5E}", f"{3:10d}", f"{1:13.5E}{-2:13.5E}{0.5:13.5E}"]
     normal[5] = "".join(f"{k:10d}" for k in (1, 2, 2, 8, 2, 3))
     pair = [*normal[:6], "         2         6         1         1", "".join(f"{c:13.5E}" for c in (-0.5, -40, 0, 0, 0, 0))]

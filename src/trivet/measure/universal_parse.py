@@ -222,7 +222,8 @@ def _mode(block: Block) -> Fields | None:
     """Dataset 55, of the kinds that are modes and that pyuff reads: three real or complex, or six real numbers a point."""
     from pyuff.datasets import dataset_55
 
-    lines = [line for line in block.lines() if line.strip()]
+    lines = block.lines()
+    lines[10:] = [line for line in lines[10:] if line]
     if len(lines) < 10:
         raise block.error("is cut off within its head")
     try:
