@@ -23,7 +23,7 @@ NEAR = 8.0
 """Standard deviations within which two poles are asked whether they are one."""
 NARROW = 0.1
 """Or this part of the half bandwidth."""
-PARALLEL = 0.1
+PARALLEL = 1e-3
 """Sine of the angle of participation vectors below which a pair is not a plane."""
 ROUNDING = 1e-9
 
@@ -41,9 +41,7 @@ def apart(band: Band, at: Refined, members: np.ndarray) -> Apart:
     """The test of one group, at its best fit."""
     found = information(band, at, directions(at.modes, at.shapes, members))
     count, size = len(members), found.matrix.shape[0] // 2
-    scale = np.sqrt(np.diag(found.matrix))
-    unit = found.matrix / scale[:, None] / scale
-    step = np.linalg.solve(unit + 1e-13 * np.eye(2 * size), found.pull / scale) / scale
+    step = found.step()
     chance = float(chi2.sf(2 * step @ found.pull, 2 * (count**2 - 1)))
     free = (step[:size] + 1j * step[size:])[size - count**2 + 1 :]
     moved = np.append(free, 0).reshape(count, count)
@@ -79,14 +77,15 @@ def _near(band: Band, at: Refined) -> list[tuple[int, int]]:
     poles = np.array([at.modes.poles[members[0]] for members in groups])
     spread = np.diag(covariance(information(band, at, directions(at.modes, at.shapes))))
     half = len(spread) // 2
-    deviation = np.sqrt(spread[: len(groups)] + spread[half : half + len(groups)])
+    deviation = np.sqrt(np.maximum(spread[: len(groups)] + spread[half : half + len(groups)], 0))
+    inside = (np.abs(poles) >= band.omega[0]) & (np.abs(poles) <= band.omega[-1])
     found = []
     for k in range(len(groups)):
         for other in range(k + 1, len(groups)):
             distance = abs(poles[k] - poles[other])
             reach = max(NEAR * np.hypot(deviation[k], deviation[other]), NARROW * -min(poles[k].real, poles[other].real))
             vectors = at.modes.participation[:, np.append(groups[k], groups[other])]
-            if distance > reach or vectors.shape[1] > len(vectors):
+            if not (inside[k] and inside[other]) or distance > reach or vectors.shape[1] > len(vectors):
                 continue
             if np.linalg.svd(vectors, compute_uv=False)[-1] > PARALLEL:
                 found.append((distance, k, other))

@@ -61,6 +61,7 @@ def fit_modes(
     diagram = _diagram(band, responses, references, _order(order, band))
     picked = _picked(diagram, poles)
     tell("refining")
+    band = band.heard()
     found = most_likely(band, Modes.of(picked.poles, picked.participation), poles is None)
     at = found.at
     shared = covariance(information(band, at, directions(at.modes, at.shapes)))

@@ -20,8 +20,10 @@ import scipy.linalg
 from trivet.measure.residues import TAIL, Band, Modes, Shapes, own_map, real_basis, real_map, shapes_of, solved, stacked
 
 STEPS = 40
-ENOUGH = 1e-5
-"""Decrease of the weighted squares, one per line, that a step must promise: far inside one standard deviation."""
+ENOUGH = 1e-3
+"""Decrease of the weighted squares that a step must promise: what a thirtieth of a standard deviation brings."""
+HIDDEN = 1e-11
+"""Eigenvalues of the scaled normal equations, against the greatest, that are rounding."""
 _STALE = 1e10
 
 
@@ -62,6 +64,15 @@ class Information(NamedTuple):
     """(o, 2 R + 4 i, 2 s): what own unknowns do when shared ones move."""
     own: np.ndarray
     """(o, 2 R + 4 i, 2 R + 4 i) normal equations of the own unknowns."""
+
+    def step(self, damping: float = 0.0) -> np.ndarray:
+        """(2 s,) to the least squares of the linearised problem; nothing along directions that rounding hides."""
+        size = np.sqrt(np.diag(self.matrix))
+        scale = 1 / np.where(size > 0, size, 1)
+        values, vectors = np.linalg.eigh(self.matrix * scale[:, None] * scale)
+        inverse = np.where(values > HIDDEN * values[-1], 1 / np.maximum(values + damping, np.finfo(float).tiny), 0)
+        found: np.ndarray = scale * (vectors @ (inverse * (vectors.T @ (scale * self.pull))))
+        return found
 
 
 def directions(modes: Modes, shapes: Shapes, apart: np.ndarray | None = None) -> Directions:
@@ -154,8 +165,7 @@ def refine(band: Band, modes: Modes, weight: np.ndarray, steps: int = STEPS) -> 
     for _ in range(steps):
         found = information(band, at, directions(at.modes, at.shapes))
         while True:
-            damped = found.matrix + damping * np.diag(np.diag(found.matrix))
-            step = solved(damped, found.pull[:, None])[:, 0]
+            step = found.step(damping)
             promised = float(step @ found.pull)
             if promised < ENOUGH:
                 return at

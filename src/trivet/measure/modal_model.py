@@ -16,7 +16,7 @@ from trivet.measure.correlation import frac
 from trivet.measure.functions import MOTIONS, Channel, Functions
 from trivet.measure.noise import Noise
 from trivet.measure.residues import Band, Modes, Shapes, synthesised
-from trivet.measure.stabilisation import IN_FREQUENCY, Stabilisation
+from trivet.measure.stabilisation import HEAVY, IN_FREQUENCY, Stabilisation
 
 CONFIDENCE = 0.95
 ALONG = 1e-6
@@ -64,9 +64,11 @@ class ModalFit:
 
     @cached_property
     def inside(self) -> np.ndarray:
-        """(R,) numbers of the modes in the band."""
+        """(R,) numbers of the modes in the band, by frequency; what is damped as no mode is only fills in."""
         size = np.abs(self.whole.poles)
-        return np.flatnonzero((size >= self.band.omega[0]) & (size <= self.band.omega[-1]))
+        is_mode = (size >= self.band.omega[0]) & (size <= self.band.omega[-1]) & (-self.whole.poles.real < HEAVY * size)
+        order = np.argsort(size, kind="stable")
+        return order[is_mode[order]]
 
     def __len__(self) -> int:
         return len(self.inside)
@@ -223,7 +225,7 @@ def deviations(modes: Modes, covariance: np.ndarray, freedom: float) -> Deviatio
     )
     by_frequency = np.array([modes.poles.real, modes.poles.imag]) / size / (2 * math.pi)
     by_damping = np.array([-(modes.poles.imag**2), modes.poles.real * modes.poles.imag]) / size**3
-    spread = [np.sqrt(np.einsum("ar,abr,br->r", slope, both, slope)) for slope in (by_frequency, by_damping)]
+    spread = [np.sqrt(np.maximum(np.einsum("ar,abr,br->r", slope, both, slope), 0)) for slope in (by_frequency, by_damping)]
     return Deviations(spread[0], spread[1], freedom)
 
 

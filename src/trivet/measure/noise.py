@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 ROUNDS = 60
-_FLOOR = 1e-12
-"""Least standard deviation, as a part of the root mean square of a function: rounding of the arithmetic."""
+_FLOOR = 1e-9
+"""Least standard deviation, as a part of the root mean square of a function: what is exact needs some weight too."""
 
 
 class Noise(NamedTuple):

@@ -12,17 +12,31 @@ from typing import NamedTuple
 import numpy as np
 
 from trivet.measure.coincidence import joined
-from trivet.measure.maximum_likelihood import Information, Refined, directions, information, leverage, projected, refine
+from trivet.measure.maximum_likelihood import (
+    Information,
+    Refined,
+    covariance,
+    directions,
+    information,
+    leverage,
+    projected,
+    refine,
+)
 from trivet.measure.noise import Noise, estimated
 from trivet.measure.residues import Band, Modes, synthesised
 from trivet.measure.stabilisation import HEAVY
 
-ROUNDS = 12
+ROUNDS, FEW = 12, 2
+"""Of noise and modes in turn, at the end and while modes come and go."""
 SETTLED = 0.01
 """Relative change of the weighted squares between rounds below which noise and modes agree."""
 FIRST = 0.03
 """Noise that is taken to begin with: this part of the magnitude, and this part of the root mean square."""
+UNKNOWN = 0.25
+"""Standard deviation of a pole, as a part of its half bandwidth, from which it is not known."""
 MOST_ADDED = 12
+FAR = 8.0
+"""Times the highest frequency, or part of the lowest, beyond which a mode outside the band is no more than its residual."""
 STEPS = 8
 """In which a mode that is tried must show what it is worth."""
 RATIOS = (0.002, 0.01, 0.04)
@@ -38,7 +52,7 @@ class Settled(NamedTuple):
     """(o, i, n)"""
 
 
-def settled(band: Band, modes: Modes, noise: Noise | None = None) -> Settled:
+def settled(band: Band, modes: Modes, noise: Noise | None = None, rounds: int = ROUNDS) -> Settled:
     """Noise from what is left, weights from the noise, modes from the weights, until nothing changes.
 
     Weights are those of the synthesised magnitudes: measured ones would weigh lines the more the lower noise has made them.
@@ -49,7 +63,7 @@ def settled(band: Band, modes: Modes, noise: Noise | None = None) -> Settled:
         at = projected(band, modes, _weight(band, size, noise))
     else:
         at = refine(band, modes, _weight(band, size, noise))
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         size = np.abs(synthesised(band.omega, at.modes, at.shapes)) * band.motion_size
         along = directions(at.modes, at.shapes)
         taken = leverage(band, at, information(band, at, along), along)
@@ -95,34 +109,52 @@ def gains(at: Refined, found: Information) -> np.ndarray:
 
 
 def significant(band: Band, found: Settled) -> Settled:
-    """Without modes that explain too little, or are not damped: the least first, one by one."""
+    """Without modes that explain too little, are not damped or not known: the least first, one by one."""
     while len(found.at.modes) > 1:
         at = found.at
-        worth = gains(at, information(band, at, directions(at.modes, at.shapes)))
-        worth[(at.modes.poles.real >= 0) & _is_inside(band, at.modes)] = 0
+        known = information(band, at, directions(at.modes, at.shapes))
+        worth, half = gains(at, known), len(known.pull) // 2
+        spread = np.diag(covariance(known))
+        deviation = np.sqrt(np.maximum(spread[at.modes.group] + spread[half + at.modes.group], 0))
+        worth[(deviation > -UNKNOWN * at.modes.poles.real) & _is_inside(band, at.modes)] = 0
+        worth[~_is_near(band, at.modes)] = 0
         least = int(np.argmin(worth))
         if worth[least] >= penalty(band):
             return found
-        found = settled(band, at.modes.only(np.delete(np.arange(len(worth)), least)), found.noise)
+        found = settled(band, at.modes.only(np.delete(np.arange(len(worth)), least)), found.noise, FEW)
     return found
 
 
 def completed(band: Band, found: Settled) -> Settled:
     """With modes that stand out of what is left: the second of a close pair, or such outside the band that reach into it."""
     for _ in range(MOST_ADDED):
-        tries = [refine(band, more, found.at.weight, STEPS) for more in _missing(band, found.at)]
-        plausible = [one for one in tries if _is_plausible(band, one.modes)]
-        best = min(plausible, key=lambda one: one.cost, default=found.at)
-        if 2 * (found.at.cost - best.cost) < penalty(band):
+        better = _with_one_more(band, found.at)
+        if better is None:
             return found
-        found = settled(band, best.modes, found.noise)
+        found = settled(band, better, found.noise, FEW)
     return found
 
 
+def _with_one_more(band: Band, at: Refined) -> Modes | None:
+    """The modes with one that is worth it; the most promising is tried first."""
+    starts = [projected(band, more, at.weight) for more in _missing(band, at)]
+    for start in sorted(starts, key=lambda one: one.cost):
+        tried = refine(band, start.modes, at.weight, STEPS)
+        if 2 * (at.cost - tried.cost) >= penalty(band) and _is_plausible(band, tried.modes):
+            return tried.modes
+    return None
+
+
 def _is_plausible(band: Band, modes: Modes) -> bool:
-    """Whether modes in the band are damped, and not too much; outside only a frequency is asked of what reaches in."""
-    ratio = -modes.poles.real / np.abs(modes.poles)
-    return bool(np.all(np.where(_is_inside(band, modes), (ratio > 0) & (ratio < HEAVY), modes.poles.imag > 0)))
+    """Whether modes in the band are damped, and not too much; outside they may do as they like, not too far away."""
+    damped = (modes.poles.real < 0) & (-modes.poles.real < HEAVY * np.abs(modes.poles))
+    return bool(np.all(np.where(_is_inside(band, modes), damped, _is_near(band, modes))))
+
+
+def _is_near(band: Band, modes: Modes) -> np.ndarray:
+    size = np.abs(modes.poles)
+    found: np.ndarray = (modes.poles.imag > 0) & (size > band.omega[0] / FAR) & (size < FAR * band.omega[-1])
+    return found
 
 
 def _is_inside(band: Band, modes: Modes) -> np.ndarray:
@@ -134,7 +166,7 @@ def _is_inside(band: Band, modes: Modes) -> np.ndarray:
 def _missing(band: Band, at: Refined) -> list[Modes]:
     """The modes with one more, which explains most of what is left: in the band, below it, above it."""
     low, high = band.omega[0], band.omega[-1]
-    beyond = np.geomspace(1.01, 4, 40)
+    beyond = np.geomspace(1.01, FAR / 2, 40)
     return [_with_best(band, at, places) for places in (band.omega, low / beyond, high * beyond)]
 
 
@@ -161,8 +193,7 @@ def _with_best(band: Band, at: Refined, places: np.ndarray) -> Modes:
 
 def most_likely(band: Band, modes: Modes, is_automatic: bool) -> Settled:
     """Modes and noise from a start; where it is automatic, modes that are not there go and modes that are missing come."""
-    found = settled(band, modes)
+    found = settled(band, modes, rounds=FEW if is_automatic else ROUNDS)
     if is_automatic:
-        found = completed(band, significant(band, found))
-        found = significant(band, found)
+        found = significant(band, completed(band, significant(band, found)))
     return settled(band, joined(band, found.at).modes, found.noise)

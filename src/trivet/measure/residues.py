@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+SILENT = 1e-5
 TAIL = 4
 """Real unknowns per function beside the modes: two complex residuals."""
 _ROUNDS = 3
@@ -34,6 +35,16 @@ class Band(NamedTuple):
     """(o, i) whether it was measured."""
     derivatives: np.ndarray
     """(o, i) 0, 1 or 2: of the motion that was measured."""
+
+    def heard(self) -> Band:
+        """Without functions that are silent: at all frequencies below `SILENT` of others of their sensor or load.
+
+        Those are zero by symmetry, and whatever they hold is no noise of the kind that others have.
+        """
+        size = np.abs(self.values)
+        beside = np.maximum(size.max(axis=0), size.max(axis=1, keepdims=True))
+        loudest = np.max(size / np.where(beside > 0, beside, 1), axis=-1)
+        return self._replace(known=self.known & (loudest > SILENT))
 
     @property
     def motion_size(self) -> np.ndarray:
