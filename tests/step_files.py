@@ -32,6 +32,11 @@ bar = make.addBox(0, -5, -10, {length}, 10, 20)
 make.cut([(3, bar)], [(3, make.addCylinder(10 + 5 * k, -5, 0, 0, 10, 0, 0.3)) for k in range(12)])
 """
 AHEAD = "make.addBox(-20, -5, -10, {length}, 10, 20)"
+BESIDE = "make.addBox(0, 7, -10, {length}, 10, 20)"
+SLANTED = """
+bar = make.addBox(0, -5, -10, {length}, 10, 20)
+make.cut([(3, bar)], [(3, make.addBox({length} - 30, 0, -10, 40, 10, 20))])
+"""  # its far end is half as wide, to one side
 ROUND = "make.addSphere({length} / 2, 0, 0, {length} / 2)"
 TWO = "make.addBox(0, -5, -10, {length} / 2, 10, 20), make.addBox({length} / 2 + 1, -5, -10, {length} / 2 - 1, 10, 20)"
 FACE = "make.addRectangle(0, 0, 0, {length}, 10)"

@@ -83,6 +83,8 @@ def way(s: np.ndarray) -> np.ndarray:
         (("map", "azulay", "--entries", "xx"), "--entries: only with --quantity dynamic-stiffness"),
         (("map", "azulay", "--from", "5 Hz", "--point", "tool"), "--point, --from: only with"),
         ((*ASKED, "--entries", "xq"), "xq"),
+        (("map", "azulay", "--quantity", "dynamic"), "did you mean 'dynamic-stiffness'?"),
+        (("map", "azulay", "--quantity", "nothing"), "known are: 1/det J^-1"),
         (("map", "azulay", "--objective", "D_xx"), "add --quantity dynamic-stiffness"),
         ((*ASKED, "--roll", "best K_xx", "--objective", "D_xx"), "it does not go with --roll"),
         ((*ASKED, "--rolls", "0"), "rolls: 0"),

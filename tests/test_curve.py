@@ -329,7 +329,7 @@ WRONG = [
     ('"8 rad/s^2"', "[8]", "limits.angular_acceleration"),
     ('"300 rad/s^3"', '"nan rad/s^3"', "limits.angular_jerk"),
     ('"4 mm", ', "", "poses.2.position"),
-    ('"4 mm"', '"4 N"', "poses.2.position.1"),
+    ('"4 mm"', '"4 N"', "poses.2.position.x: "),
     ('"30 deg"\ntilt', '"30 mm"\ntilt', "poses.2.azimuth"),
     ('"0.1 rad"', '"inf rad"', "poses.2.tilt"),
     ("roll =", "rol =", "rol"),

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from step_files import BAR, TUBE, step_file
+from step_files import BAR, BESIDE, SLANTED, TUBE, step_file
 
 from trivet.model import load, to_text
 
@@ -91,13 +91,20 @@ def test_a_part_from_a_file(trivet: Run, tmp_path: Path) -> None:
         ("leg.link=short.step", "short.step: the part is 100 mm long, leg-1.link 216 mm at this pose"),
         ("leg.link=empty.step", "empty.step: 0 MB; expected more than nothing"),
         ("leg.link=text.step", "text.step: "),
+        ("leg.link=", "part leg.link=: no file is named"),
+        ("leg.link=nan.step", "nan.step: -NaN where a number was expected"),
+        ("leg.link=beside.step", "beside.step: lies beside its axis: the middle of its near end, y = 12.000 mm"),
+        ("leg.link=slanted.step", "slanted.step: lies beside its axis: the middle of its far end, y = -2.500 mm"),
     ],
 )
 def test_wrong_input(trivet: Run, tmp_path: Path, part: str, message: str) -> None:
     (tmp_path / "empty.step").touch()
     (tmp_path / "text.step").write_text("no part at all\n")
-    if "short" in part:
-        step_file(tmp_path, BAR, 100, "short.step")
+    (tmp_path / "nan.step").write_text("/* (nan) */ #1=CARTESIAN_POINT('nan, (inf,',(0., -NaN,1.));\n")
+    for what, length in ((BAR, 100.0), (BESIDE, 216.0), (SLANTED, 216.0)):
+        name = {BAR: "short.step", BESIDE: "beside.step", SLANTED: "slanted.step"}[what]
+        if name in part:
+            step_file(tmp_path, what, length, name)
     code, out, err = trivet("solids", "azulay", "--part", part, "--points", "5", "--fineness", "0.7")
     assert (code, out) == (2, "")
     assert err.startswith(f"trivet: {message}")

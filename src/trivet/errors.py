@@ -5,6 +5,9 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+BEGUN = 3
+"""Letters of a name that may stand for all of it."""
+
 
 class TrivetError(Exception):
     """An error with a message for the user; whatever a message quotes, it is one printable line of at most 1000 characters."""
@@ -44,9 +47,11 @@ def shown(value: object) -> str:
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """A hint that names the nearest known names: "; did you mean 'length'?", or the list of all when none is near."""
+    """A hint that names the nearest known names, or one or two that begin so: "; did you mean 'length'?"; or the list of all
+    when none is near."""
     names = sorted(set(known))
-    near = difflib.get_close_matches(name, names, n=2, cutoff=0.6)
+    begun = [one for one in names if len(name) >= BEGUN and one.startswith(name)]
+    near = difflib.get_close_matches(name, names, n=2, cutoff=0.6) or (begun if len(begun) <= 2 else [])
     if near:
         return "; did you mean " + " or ".join(f"'{n}'" for n in near) + "?"
     if not names:

@@ -52,7 +52,8 @@ def main() -> None:
         if code:
             print(f"trivet: the output cannot be written: {error.strerror}", file=sys.stderr)
     except SystemExit as leaving:
-        code = int(leaving.code or 0)
+        # typer and rich leave with 1 where they meet a closed pipe.
+        code = 0 if isinstance(leaving.__context__, BrokenPipeError) else int(leaving.code or 0)
     finally:
         if hasattr(signal, "setitimer"):
             signal.setitimer(signal.ITIMER_REAL, 0)  # whoever is leaving has got here

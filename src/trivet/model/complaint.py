@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from trivet.errors import nearest, shown
 from trivet.model.elements.base import NAME_PATTERN
 from trivet.model.machine import Machine
-from trivet.model.paths import Key, join
+from trivet.model.paths import Key, get, join
 
 _WANTED = {
     "bool_type": "true or false",
@@ -23,6 +23,9 @@ _WANTED = {
     "string_type": "text",
     "tuple_type": "a list",
 }
+
+VECTORS = frozenset({"at", "centre", "centre_of_mass", "end", "origin", "position", "size", "start", "tool_tip", "vector"})
+"""Keys of lists of x, y and z."""
 
 _BOUNDS = {
     "greater_than_equal": "is not at least {ge}",
@@ -44,7 +47,7 @@ def one_complaint(error: ValidationError, document: dict[str, Any], kind: Any = 
 
 def _sentence(first: Any, document: dict[str, Any], whole: Any) -> str:
     keys = _document_keys(document, first["loc"])
-    path, kind, context = join(document, keys), first["type"], first.get("ctx", {})
+    path, kind, context = _path(document, keys), first["type"], first.get("ctx", {})
     if kind in ("unexpected_keyword_argument", "extra_forbidden"):
         return f"{path}: unknown key{nearest(str(keys[-1]), _fields_at(document, keys[:-1], whole))}"
     if kind == "missing" and isinstance(keys[-1], int):
@@ -66,6 +69,15 @@ def _sentence(first: Any, document: dict[str, Any], whole: Any) -> str:
     if kind == "string_pattern_mismatch" and context["pattern"] == NAME_PATTERN:
         return f"{path}: {value}: a name is lower case letters, digits, - and _, at most 40, and begins with a letter"
     return f"{path}: {value}: {first['msg'][0].lower()}{first['msg'][1:]}"
+
+
+def _path(document: Any, keys: tuple[Key, ...]) -> str:
+    """As `join`, but a component of a vector is called x, y or z."""
+    if len(keys) > 1 and isinstance(keys[-1], int) and keys[-2] in VECTORS:
+        vector = get(document, keys[:-1])
+        if isinstance(vector, list) and len(vector) == len("xyz"):
+            return f"{join(document, keys[:-1])}.{'xyz'[keys[-1]]}"
+    return join(document, keys)
 
 
 def _bare(text: str) -> str:

@@ -73,7 +73,9 @@ def wanted(machine: Machine, structure: Structure, parts: Iterable[str] | None, 
     copies = bodies(machine)
     found: dict[str, Wanted] = {}
     for text in parts:
-        name, _, file = text.partition("=")
+        name, equals, file = text.partition("=")
+        if equals and not file:
+            raise InputError(f"part {text}: no file is named; give one, or write {name} for its section")
         own = [beam for beam in copies.get(name, []) if beam in spans]
         if not own:
             known = [n for n, beams in copies.items() if any(beam in spans for beam in beams)]

@@ -1,13 +1,14 @@
 """Parts from STEP files.
 
 Where a part lies in its file is agreed: its axis runs along +x, from (0, 0, 0), the end nearer to the ground, to (length, 0,
-0); its y and z are those of the beam; at either end it has flat faces across the axis, by which it is held.  The unit is the
-file's.
+0); its y and z are those of the beam; at either end it has flat faces across the axis, by which it is held, and the axis passes
+through their middle.  The unit is the file's.
 """
 
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -25,6 +26,8 @@ MOST_MEMORY = 4_000_000_000
 """Bytes that gmsh gets, as address space."""
 EXHAUSTED = ("out of memory", "bad_alloc", "memoryerror")
 """What it and its libraries say when that is not enough, among other things."""
+NO_NUMBER = re.compile(rb"'[^']*'|/\*.*?\*/|(?<=[(,])\s*([-+]?(?:nan|inf|\d\.#)\w*)", re.IGNORECASE | re.DOTALL)
+"""What is no number, as programs write it, in its group; texts and comments are passed over.  gmsh would never end."""
 FITS = 1e-3
 """Difference of a part's length from that of its beam, against the latter, up to which it is that beam."""
 
@@ -85,3 +88,7 @@ def _check(file: str) -> None:
         raise InputError(f"{file}: is no file")
     if not 0 < size <= LARGEST_FILE:
         raise InputError(f"{file}: {size / 1e6:.0f} MB; expected more than nothing and at most {LARGEST_FILE / 1e6:.0f} MB")
+    with open(file, "rb") as opened:
+        wrong = next((found[1] for found in NO_NUMBER.finditer(opened.read()) if found[1]), None)
+    if wrong is not None:
+        raise InputError(f"{file}: {wrong.decode()} where a number was expected; export the part again")

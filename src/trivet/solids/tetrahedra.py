@@ -23,6 +23,8 @@ ROUND = 12
 """Edges around a circle at fineness 1."""
 NEAR = 1e-6
 """Against the length, how far from an end a flat face may lie."""
+ASIDE = 1e-3
+"""Distance of the middle of an end from the axis, against the length, up to which it lies on it."""
 MARGIN = 1e-7
 """By which gmsh's boxes are larger than what is in them, m."""
 TETRAHEDRON, PLANE = 11, "Plane"
@@ -78,20 +80,34 @@ def meshed(file: str, fineness: float) -> dict[str, np.ndarray]:
 
 
 def _check_ends(gmsh: Any) -> None:
-    """The part begins at x = 0, and flat faces end it on both sides."""
+    """The part begins at x = 0, and flat faces end it on both sides, whose middles lie on the axis."""
     boxes = {tag: gmsh.model.occ.getBoundingBox(2, tag) for _, tag in gmsh.model.getEntities(2)}
     boxes = {tag: (*(low + MARGIN for low in box[:3]), *(high - MARGIN for high in box[3:])) for tag, box in boxes.items()}
-    flat = [box for tag, box in boxes.items() if gmsh.model.getType(2, tag) == PLANE]
+    flat = {tag: box for tag, box in boxes.items() if gmsh.model.getType(2, tag) == PLANE}
     low, high = min(box[0] for box in boxes.values()), max(box[3] for box in boxes.values())
     margin = NEAR * (high - low)
     for end, at in (("near", low), ("far", high)):
-        if not any(abs(box[0] - at) < margin and abs(box[3] - at) < margin for box in flat):
+        faces = [tag for tag, box in flat.items() if abs(box[0] - at) < margin and abs(box[3] - at) < margin]
+        if not faces:
             raise CannotError(
                 f"has no flat face across x at its {end} end, x = {1e3 * at:.6g} mm; the part's axis runs along x, from 0 to "
                 "its length, and ends in flat faces"
             )
+        _check_middle(gmsh, end, faces, ASIDE * (high - low))
     if abs(low) > margin:
         raise CannotError(f"begins at x = {1e3 * low:.6g} mm; the part's axis runs along x, from 0 to its length")
+
+
+def _check_middle(gmsh: Any, end: str, faces: list[int], most: float) -> None:
+    """The middle of an end, which may have several faces, lies at most so far (m) from the axis."""
+    areas = np.array([gmsh.model.occ.getMass(2, tag) for tag in faces])
+    _, y, z = areas @ np.array([gmsh.model.occ.getCenterOfMass(2, tag) for tag in faces]) / areas.sum()
+    if not np.hypot(y, z) <= most:
+        raise CannotError(
+            f"lies beside its axis: the middle of its {end} end, y = {1e3 * y:.3f} mm and z = {1e3 * z:.3f} mm, is "
+            f"{1e3 * np.hypot(y, z):.3f} mm from it; move the part so that the x axis passes through the middles of both ends, "
+            f"within {1e3 * most:.2g} mm"
+        )
 
 
 def _size(gmsh: Any, volume: int, fineness: float) -> float:

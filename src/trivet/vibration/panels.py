@@ -3,7 +3,9 @@
 Numerator and denominator are smooth where their quotient has resonances, so over a panel of frequencies each is interpolated
 between Chebyshev nodes by the barycentric formula (Berrut and Trefethen, SIAM Review 46:501, 2004), at the cost of a small
 matrix product.  What the interpolation cannot follow shows in the last Chebyshev coefficients of the denominator; against the
-least denominator met they bound, with room to spare, the relative error at a resonance (`Quotients.doubt`).
+least denominator met they tell the size of the relative error to be feared at a resonance (`Quotients.doubt`).  They are an
+estimate and no bound: with damping as usual the error is far less, but at tiny damping, where the least denominator is all but
+lost in rounding, it may be more.
 A panel in doubt is to be divided, unless doubt is great though nothing but rounding is left in those coefficients
 (`Quotients.lost`): then the least denominator is as good as nought, as on a resonance without damping, and narrower panels are
 no better.

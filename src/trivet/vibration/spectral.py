@@ -60,9 +60,11 @@ OCTAVES = 4
 """Panels of a machine are octaves to begin with, so many below the highest frequency, of which the highest is halved as most
 machines want it, and one for the rest."""
 DOUBT = 1e-8
-"""Error at a resonance that may be feared (it is a hundredth as a rule), above which a panel of a machine is divided."""
+"""Error at a resonance that may be feared, above which a panel of a machine is divided.  An estimate: as a rule the error is a
+hundredth of it, yet at tiny damping, where rounding decides, it may be more."""
 ROUNDING = 1e-14
-"""What may be lost of a denominator, against its greatest in a panel, by rounding alone."""
+"""What is lost of a denominator, against its greatest in a panel, by rounding alone, as its last Chebyshev coefficients show.
+Values lose as much or more, which against a tiny least denominator is not small."""
 HOPELESS = 0.1
 """Doubt that only a denominator of nought can raise where rounding alone is lost: a resonance without damping.  Dividing panels
 that lose no more is no use then."""

@@ -132,11 +132,14 @@ def run(
     """Stiffness, dynamic stiffness or singularities over the workpiece hemisphere, with the best roll at every point."""
     from trivet.cli.views import singularity_map as singularities
     from trivet.cli.views import stiffness_map as stiffnesses
-    from trivet.errors import InputError
+    from trivet.errors import InputError, nearest
     from trivet.statics.best_roll import ROLLS
-    from trivet.study.singularity_map import singularity_map
+    from trivet.study.singularity_map import QUANTITIES, singularity_map
     from trivet.study.stiffness_map import stiffness_map
 
+    known = ("stiffness", DYNAMIC, *QUANTITIES)
+    if quantity not in known:
+        raise InputError(f'--quantity "{quantity}": is not known{nearest(quantity, known)}')
     if roll is not None and quantity == "stiffness":
         raise InputError("--roll: the stiffness is mapped with its best roll; choose another --quantity")
     if objective is not None and objective.startswith("D_") and quantity != DYNAMIC:

@@ -82,7 +82,7 @@ def run(
             ends=cast("Ends", ends),
             whole=deck is not None,
         )
-    out.give(result, view)
     if deck is not None:
         write_calculix(result, deck, overwrite=out.overwrite)
         output.wrote(deck)
+    out.give(result, view)
