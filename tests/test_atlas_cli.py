@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import pytest
 import xarray as xr
 
 import trivet as t
+from trivet.cli.views.atlas import tables
 from trivet.show import atlas as drawn
 
 ASKED = ("map", "azulay", "--quantity", "dynamic-stiffness", "--steps", "2", "--from", "50 Hz", "--to", "700 Hz")
@@ -31,6 +33,7 @@ def test_tables(trivet: Any) -> None:
     own = one.stiffness[:, 2] / 1e6
     assert row[1:4] == [f"{value:.4g}" for value in (own.min(), np.median(own), own.max())]
     assert f"{one.worst[0].stiffness / 1e6:.4g}" in out
+    assert "worst poses, sought between the points" in out
     assert f"{1e3 * one.worst[0].position[2]:.4f}" in out
 
 
@@ -49,6 +52,25 @@ def test_json_and_netcdf(trivet: Any, tmp_path: Path) -> None:
         np.testing.assert_allclose(saved["worst_position"].sel(entry="xx"), one.worst[0].position, rtol=1e-9)
         np.testing.assert_allclose(saved["least_receptance"].sel(entry="yy"), one.least[1], rtol=1e-9)
         assert saved["worst_frequency"].attrs["units"] == "Hz"
+
+
+def test_without_a_search_between_the_points(trivet: Any, tmp_path: Path) -> None:
+    file, one = tmp_path / "atlas.nc", small()
+    found = json.loads(trivet(*ASKED, "--no-worst", "--json", "--data", str(file))[1])
+    assert not found["worst_is_sought_between_points"]
+    for k, entry in enumerate(one.entries):
+        worst, point = found["worst"][entry], one.stiffness[:, k].argmin()
+        assert worst["stiffness_SI"] == pytest.approx(one.stiffness[point, k], rel=1e-9)
+        assert worst["least_at_a_point_SI"] == pytest.approx(worst["stiffness_SI"], rel=1e-9)
+        assert worst["stiffness_SI"] > 1.00001 * one.worst[k].stiffness, "there is less between the points"
+        assert worst["frequency_Hz"] == pytest.approx(one.at_frequency[point, k], rel=1e-7)
+        np.testing.assert_allclose(worst["position_m"], one.places.position[point], atol=1e-15)
+    with xr.open_dataset(file, engine="h5netcdf") as saved:
+        assert saved.attrs["worst_sought_between_points"] == 0
+        assert saved["worst_stiffness"].attrs["long_name"] == "least at the points alone"
+    titles = [part.title for part in tables(replace(one, sought=False)) if hasattr(part, "title")]
+    assert "worst poses, of the points alone" in titles
+    assert drawn._words(one.worst[0], False).startswith("worst point: ")
 
 
 def test_other_entries_and_their_units(trivet: Any) -> None:

@@ -46,9 +46,9 @@ def _response(entry: str) -> str:
     return f"|H_{entry}|, 1/({unit_of_least(entry).written})"
 
 
-def _words(one: Worst) -> str:
+def _words(one: Worst, sought: bool) -> str:
     unit = unit_of_least(one.entry)
-    return f"worst pose: {one.stiffness * unit.factor:.4g} {unit.written} at {one.frequency:.1f} Hz"
+    return f"worst {'pose' if sought else 'point'}: {one.stiffness * unit.factor:.4g} {unit.written} at {one.frequency:.1f} Hz"
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def _picture(result: Atlas, path: Path) -> None:
             above.set_ylabel(own.labels[1])
             canvas.colorbar(dots, ax=above, shrink=0.75, label=_label(entry))
         above.set_xlabel(own.labels[0])
-        above.set_title(_words(one), fontsize=10)
+        above.set_title(_words(one, result.sought), fontsize=10)
         per = 1 / unit_of_least(entry).factor
         band = result.least[k] * per, result.greatest[k] * per
         below.fill_between(result.frequency, *band, color=BAND, alpha=0.5, linewidth=0)
@@ -133,7 +133,7 @@ def _page(result: Atlas, path: Path) -> None:
     from plotly.subplots import make_subplots
 
     count = len(result.entries)
-    titles = [f"{entry}: {_words(one)}" for entry, one in zip(result.entries, result.worst, strict=True)]
+    titles = [f"{entry}: {_words(one, result.sought)}" for entry, one in zip(result.entries, result.worst, strict=True)]
     titles += ["over all poses"] * count
     page = make_subplots(rows=2, cols=count, subplot_titles=titles, horizontal_spacing=0.08)
     assert result.places.roll is not None
@@ -157,7 +157,10 @@ def _page(result: Atlas, path: Path) -> None:
         else:
             star = {"symbol": "star", "size": 14, "color": MARK}
             page.add_trace(
-                go.Scatter(x=panel.star[:1], y=panel.star[1:], marker=star, showlegend=False, hovertext=_words(one)), **own
+                go.Scatter(
+                    x=panel.star[:1], y=panel.star[1:], marker=star, showlegend=False, hovertext=_words(one, result.sought)
+                ),
+                **own,
             )
             page.update_yaxes(scaleanchor=f"x{k + 1 if k else ''}", title_text=panel.labels[1], **own)
         page.update_xaxes(title_text=panel.labels[0], **own)

@@ -18,7 +18,7 @@ from trivet.space.frame import Frame
 from trivet.study.families import hemisphere_of
 from trivet.study.machines import MachineLike, choose
 from trivet.study.responses import Responses
-from trivet.study.worst import Worst, rolled, worst
+from trivet.study.worst import Worst, rolled, worst, worst_of_points
 from trivet.vibration.directional import Peaks, climbed, receptances
 from trivet.vibration.resonance import grid
 
@@ -59,6 +59,8 @@ class Atlas:
     """(k, f) greatest |H| over the poses that are reached."""
     worst: tuple[Worst, ...]
     """Per entry."""
+    sought: bool
+    """Whether these were sought between the points of the grid; they are the worst of its points otherwise."""
 
     @property
     def used(self) -> Array:
@@ -91,6 +93,7 @@ def atlas(
     high: float = 3000.0,
     points: int = POINTS,
     loss_factor: float = 0.02,
+    search: bool = True,
     progress: Progress = lambda what, done, total: None,
 ) -> Atlas:
     """Frequency responses over a family of poses; memory does not grow with their number beyond what is told per pose.
@@ -107,6 +110,7 @@ def atlas(
         low, high: range of frequencies, Hz.
         points: equally spaced frequencies of the responses; least dynamic stiffnesses are sought between them.
         loss_factor: structural damping eta of all that has no loss factor of its own.
+        search: whether the worst poses are sought between the points too, which takes the greater part of the time.
         progress: called with what is being done, how much of it is done, and how much there is.
 
     Raises:
@@ -136,13 +140,16 @@ def atlas(
     stiffness, at_frequency, least, most = _swept(asked, places.some(there), frequency, partial(progress, "responses"))
     whole, where = (np.full((len(family), len(entries)), np.nan) for _ in range(2))
     whole[there], where[there] = stiffness, at_frequency
-    worst_poses = tuple(
-        worst(asked.along([entry]), policy, family, places, whole[:, k], partial(progress, f"worst pose, {entry}"))
-        for k, entry in enumerate(entries)
-    )
+
+    def worst_along(entry: str, on_grid: Array) -> Worst:
+        own = asked.along([entry])
+        if not search:
+            return worst_of_points(own, places, on_grid)
+        return worst(own, policy, family, places, on_grid, partial(progress, f"worst pose, {entry}"))
+
     return Atlas(
         chosen, name, family, "as given" if policy is None else policy.name, places, point, tuple(entries), frequency,
-        loss_factor, whole, where, least, most, worst_poses,
+        loss_factor, whole, where, least, most, tuple(map(worst_along, entries, whole.T)), search,
     )  # fmt: skip
 
 

@@ -23,6 +23,7 @@ _STIFFNESS = "N/m, N, N/rad or N m/rad, as unit_of_stiffness says"
 def atlas_dataset(result: Atlas) -> xr.Dataset:
     """Poses, least dynamic stiffnesses, the band of the responses, and the worst poses."""
     places, worst = result.places, result.worst
+    least = "least between the points too" if result.sought else "least at the points alone"
     return labelled(
         result.machine,
         {
@@ -35,7 +36,7 @@ def atlas_dataset(result: Atlas) -> xr.Dataset:
             "at_frequency": (("point", "entry"), result.at_frequency, "Hz", "where it is"),
             "least_receptance": (("entry", "frequency"), result.least, _RECEPTANCE, "least |H| over the poses"),
             "greatest_receptance": (("entry", "frequency"), result.greatest, _RECEPTANCE, "greatest |H| over the poses"),
-            "worst_stiffness": (("entry",), [w.stiffness for w in worst], _STIFFNESS, "least between the points too"),
+            "worst_stiffness": (("entry",), [w.stiffness for w in worst], _STIFFNESS, least),
             "worst_frequency": (("entry",), [w.frequency for w in worst], "Hz", "where it is"),
             "worst_position": (("entry", "axis"), np.array([w.position for w in worst]), "m", "worst pose"),
             "worst_azimuth": (("entry",), [w.azimuth for w in worst], "rad", "worst pose"),
@@ -48,6 +49,7 @@ def atlas_dataset(result: Atlas) -> xr.Dataset:
         roll_policy=result.policy,
         point=result.point,
         loss_factor=result.loss_factor,
+        worst_sought_between_points=int(result.sought),
     )
 
 

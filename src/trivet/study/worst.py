@@ -22,7 +22,7 @@ NEAR = 4
 
 
 class Worst(NamedTuple):
-    """The pose at which a dynamic stiffness is least, sought between the points of the grid."""
+    """The pose at which a dynamic stiffness is least."""
 
     entry: str
     stiffness: float
@@ -81,6 +81,15 @@ def worst(
     else:
         found = lowest(family, on_grid, value, progress)
         there = rolled(asked, policy, family.places(found.coordinates[None]))
+    return _told(asked, there, on_grid)
+
+
+def worst_of_points(asked: Responses, places: Places, on_grid: Array) -> Worst:
+    """The worst of the grid's own points along one entry; arguments as of `worst`."""
+    return _told(asked, places.some(np.array([np.nanargmin(on_grid)])), on_grid)
+
+
+def _told(asked: Responses, there: Places, on_grid: Array) -> Worst:
     stiffness, frequency = asked.stiffness(there)
     assert there.roll is not None
     x, y, z = there.position[0].tolist()

@@ -59,6 +59,9 @@ class Vibrating:
     centre: Annotated[str | None, typer.Option("--centre", help="Of the block; home by default.", metavar="X,Y,Z")] = None
     azimuth: Annotated[str | None, typer.Option("--azimuth", help="Of the platform normal in a block; 0 by default.")] = None
     tilt: Annotated[str | None, typer.Option("--tilt", help="Of the platform normal in a block; 0 by default.")] = None
+    no_worst: Annotated[
+        bool, typer.Option("--no-worst", help="Of dynamic-stiffness: do not seek the worst poses between the points.")
+    ] = False
     responses: Annotated[
         bool, typer.Option("--responses", help="Of dynamic-stiffness: write the responses of every pose into --data as well.")
     ] = False
@@ -70,12 +73,13 @@ class Vibrating:
         return [_OPTIONS.get(name, "--" + name.replace("_", "-")) for name in names]
 
     def asked(self) -> dict[str, Any]:
-        """What is given of the entries, the point, the range and the damping, as `study.atlas` takes it."""
+        """What is given of the entries, the point, the range, the damping and the search, as `study.atlas` takes it."""
         entries = None if self.entries is None else tuple(name.strip() for name in self.entries.split(","))
         low, high = (
             o.quantity(option, text, "frequency", "Hz", True) for option, text in (("--from", self.low), ("--to", self.high))
         )
         asked = {"entries": entries, "point": self.point, "low": low, "high": high, "loss_factor": self.loss_factor}
+        asked["search"] = False if self.no_worst else None
         return {name: value for name, value in asked.items() if value is not None}
 
     def family(self, machine: Machine, points: Hemisphere) -> Family:

@@ -20,7 +20,7 @@ def tables(result: Atlas) -> list[Any]:
     low, high = result.frequency[[0, -1]]
     spread = table("least over frequency of 1/|H|, over the poses that are reached", "", "least", "median", "greatest", "unit")
     worst = table(
-        "worst poses, sought between the points", "", "stiffness", "unit", "Hz", "x mm", "y mm", "z mm", "azimuth °", "tilt °",
+        f"worst poses, {_sought(result)}", "", "stiffness", "unit", "Hz", "x mm", "y mm", "z mm", "azimuth °", "tilt °",
         "roll °", "least at a point",
     )  # fmt: skip
     for k, (entry, one) in enumerate(zip(result.entries, result.worst, strict=True)):
@@ -46,6 +46,10 @@ def tables(result: Atlas) -> list[Any]:
     ]
 
 
+def _sought(result: Atlas) -> str:
+    return "sought between the points" if result.sought else "of the points alone"
+
+
 def as_json(result: Atlas) -> dict[str, Any]:
     """An atlas, point by point; of the responses their least and greatest over the poses."""
     units = {entry: unit_of_least(entry).si for entry in result.entries}
@@ -67,6 +71,7 @@ def as_json(result: Atlas) -> dict[str, Any]:
         "least_stiffness_SI": {e: finite(result.stiffness[:, k]) for k, e in enumerate(result.entries)},
         "at_frequency_Hz": {e: finite(result.at_frequency[:, k]) for k, e in enumerate(result.entries)},
         "units_of_stiffness": units,
+        "worst_is_sought_between_points": result.sought,
         "worst": {
             one.entry: {
                 "stiffness_SI": finite(one.stiffness),
