@@ -21,7 +21,7 @@ from trivet.chatter.semi_discretisation import multiplier, stable_depth
 from trivet.chatter.tool_point import tool_point
 from trivet.chatter.zero_order import Limits, branches, limits, lowest
 from trivet.errors import InputError, NoResultError
-from trivet.model import Machine, load
+from trivet.model import Machine, catalogue, load
 from trivet.space.pose import zyz_frame
 from trivet.study.lobes import RPM, Lobes
 
@@ -509,3 +509,15 @@ def test_materials_have_sources() -> None:
     assert found["aluminium-7075-t6"].tangential == pytest.approx(767.01e6)
     assert all(len(own.source) > 30 and own.about for own in found.values())
     assert not any(name.startswith("_") for name in trivet.catalogue())
+
+
+def test_a_spindle_away_from_the_workpiece_is_told_in_the_file() -> None:
+    away = []
+    for name in catalogue():
+        one = load(name)
+        if one.workpiece is not None and one.platform.tool_tip is not None and float(one.platform.tool_tip[2]) > 0:
+            away.append(name)
+            assert tool_point(one, zyz_frame(one.home.position, 0.0, 0.0, 0.0)).side == 1
+            (told,) = [note.source for note in one.about.notes if note.path == "platform.tool_tip"]
+            assert "not towards [workpiece]" in told
+    assert away == ["gough-stewart"]
