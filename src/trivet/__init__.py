@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from trivet.kinematics.forward import Forward
     from trivet.measure.files import read_functions, save_functions
     from trivet.measure.importing import import_files
+    from trivet.measure.parameters import Free
     from trivet.measure.setup import read_setup
     from trivet.measure.universal import read_universal
     from trivet.measure.universal_write import write_universal
@@ -61,6 +62,7 @@ if TYPE_CHECKING:
     from trivet.study.solid_check import SolidCheck, solid_check
     from trivet.study.stiffness_map import StiffnessMap, stiffness_map
     from trivet.study.tilt import TiltReport, TiltStudy, tilt, tilts
+    from trivet.study.update import Update, update
     from trivet.study.workspace import (
         OrientationReport,
         WorkspaceReport,
@@ -79,6 +81,7 @@ _HOMES = {
     "trivet.kinematics.forward": ("Forward",),
     "trivet.measure.files": ("read_functions", "save_functions"),
     "trivet.measure.importing": ("import_files",),
+    "trivet.measure.parameters": ("Free",),
     "trivet.measure.setup": ("read_setup",),
     "trivet.measure.universal": ("read_universal",),
     "trivet.measure.universal_write": ("write_universal",),
@@ -117,6 +120,7 @@ _HOMES = {
     "trivet.study.solid_check": ("SolidCheck", "solid_check"),
     "trivet.study.stiffness_map": ("StiffnessMap", "stiffness_map"),
     "trivet.study.tilt": ("TiltReport", "TiltStudy", "tilt", "tilts"),
+    "trivet.study.update": ("Update", "update"),
     "trivet.study.workspace": (
         "OrientationReport",
         "WorkspaceReport",
@@ -129,18 +133,18 @@ _HOMES = {
 
 __all__ = [
     "Atlas", "Change", "Comparison", "ConePlan", "Correlation", "Cut", "DynamicComparison", "DynamicsReport", "Family",
-    "Forward", "FrequencyResponse", "InputError", "Limits", "Loading", "Lobes", "LobesAlong", "LockSets", "LocksAdvised",
-    "Machine", "Minimum", "ModePaths", "ModesReport", "MotionReport", "NoResultError", "OrientationReport", "Plan",
-    "PlanStudy", "PoseReport", "RedundantPath", "Simulation", "SingularityMap", "SingularityReport", "SolidCheck",
-    "StiffnessMap", "Surface", "TiltReport", "TiltStudy", "Trajectory", "TrivetError", "WorkspaceReport", "WorkspaceStudy",
-    "advice", "advise_locks", "along", "along_path", "atlas", "catalogue", "circle", "compare", "compare_dynamics", "cone",
-    "correlate", "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere", "import_files", "in_block", "load",
-    "lobes", "lobes_along", "lock_sets", "minimum_dynamic_stiffness", "modes", "modes_along", "motion", "orientation_workspace",
-    "over_hemisphere", "parse", "plan", "plan_along", "plans", "pose", "read_functions", "read_path", "read_setup",
-    "read_universal", "redundant_path", "save", "save_functions", "save_responses", "schema", "simulate", "singularity_map",
-    "singularity_report", "solid_check", "stiffness_map", "straight", "switched", "through", "tilt", "tilts", "timed",
-    "to_calculix", "to_mjcf", "to_text", "to_urdf", "workspace", "workspaces", "write", "write_calculix", "write_mjcf",
-    "write_universal", "write_urdf", "zyz_frame",
+    "Forward", "Free", "FrequencyResponse", "InputError", "Limits", "Loading", "Lobes", "LobesAlong", "LockSets",
+    "LocksAdvised", "Machine", "Minimum", "ModePaths", "ModesReport", "MotionReport", "NoResultError", "OrientationReport",
+    "Plan", "PlanStudy", "PoseReport", "RedundantPath", "Simulation", "SingularityMap", "SingularityReport", "SolidCheck",
+    "StiffnessMap", "Surface", "TiltReport", "TiltStudy", "Trajectory", "TrivetError", "Update", "WorkspaceReport",
+    "WorkspaceStudy", "advice", "advise_locks", "along", "along_path", "atlas", "catalogue", "circle", "compare",
+    "compare_dynamics", "cone", "correlate", "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere",
+    "import_files", "in_block", "load", "lobes", "lobes_along", "lock_sets", "minimum_dynamic_stiffness", "modes",
+    "modes_along", "motion", "orientation_workspace", "over_hemisphere", "parse", "plan", "plan_along", "plans", "pose",
+    "read_functions", "read_path", "read_setup", "read_universal", "redundant_path", "save", "save_functions",
+    "save_responses", "schema", "simulate", "singularity_map", "singularity_report", "solid_check", "stiffness_map",
+    "straight", "switched", "through", "tilt", "tilts", "timed", "to_calculix", "to_mjcf", "to_text", "to_urdf", "update",
+    "workspace", "workspaces", "write", "write_calculix", "write_mjcf", "write_universal", "write_urdf", "zyz_frame",
 ]  # fmt: skip
 
 

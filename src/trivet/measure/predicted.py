@@ -142,8 +142,8 @@ class Model:
             np.concatenate([placed.along(c)[None] @ exact.mesh.rows(sites[c.point].node, sites[c.point].at) for c in channels])
             for channels in (self.outputs, self.inputs)
         )
-        answers = [seen @ np.linalg.solve(exact.damped(omega, float(loss_factor)), loaded.T) for omega in self.omega]
-        return np.array(answers)[:, self.pairs[:, 0], self.pairs[:, 1]].T
+        answers = exact.receptance(seen, loaded, self.omega, float(loss_factor))
+        return answers[:, self.pairs[:, 0], self.pairs[:, 1]].T
 
 
 CENTRE = spectral.Matrices(inverted=True, alone=True)

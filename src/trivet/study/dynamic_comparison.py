@@ -345,7 +345,7 @@ def _minima(at: PoseReport, found: Modes, low: float, high: float, loss_factor: 
 
     @cache
     def size(frequency: float) -> np.ndarray:
-        dynamic = exact.damped(2 * math.pi * frequency, loss_factor)
+        (dynamic,) = exact.damped(np.array([2 * math.pi * frequency]), loss_factor)
         return np.abs(np.diagonal(own @ np.linalg.solve(dynamic, load)))
 
     return [_least(axis, ends, size) for axis, ends in zip(TRANSLATIONS, peaks, strict=True)]

@@ -20,6 +20,8 @@ from trivet.statics.beam_element import BeamElement, Uniform, turned
 from trivet.vibration.mesh import MOST_ELEMENTS, Mesh, inertia_at_node, mesh
 from trivet.vibration.spectral_beam import Array, terms_for, transfer_matrix, wave_numbers
 
+AT_ONCE = 32
+"""Frequencies whose matrices are in memory at the same time."""
 SHORT = 2.0
 """Wave number times length of an element below which no element resonates between its own ends (the first at 3.14)."""
 
@@ -76,31 +78,37 @@ class ExactStructure:
         self._add_springs(stiffness, lambda tie: tie.rates)
         return self._transform.T @ stiffness @ self._transform, self._transform.T @ mass @ self._transform
 
-    def damped(self, omega: float, loss_factor: float) -> np.ndarray:
-        """(q, q) complex dynamic stiffness at a frequency (rad/s)."""
+    def damped(self, omega: np.ndarray, loss_factor: float) -> np.ndarray:
+        """(n, q, q) complex dynamic stiffness at frequencies (n,) in rad/s."""
+        omega = np.asarray(omega, dtype=float)
         size = len(self._transform)
-        stiffness = np.zeros((size, size), dtype=complex)
+        stiffness = np.zeros((len(omega), size, size), dtype=complex)
         for (made, length, terms), numbers in self._beams:
             own = loss_factor if made.loss_factor is None else made.loss_factor
             value = np.asarray(_damped(made, length, terms, omega**2, own))
             for number in numbers:
                 dofs = self._dofs[number]
-                stiffness[np.ix_(dofs, dofs)] += turned(value, self.mesh.structure.beams[number].axes)
-        stiffness -= omega**2 * self._mass
+                stiffness[:, dofs[:, None], dofs] += turned(value, self.mesh.structure.beams[number].axes)
+        stiffness -= omega[:, None, None] ** 2 * self._mass
 
         def rates(tie: Any) -> np.ndarray:
             own = loss_factor if tie.loss_factor is None else tie.loss_factor
-            complex_rates: np.ndarray = tie.rates * (1 + 1j * own) + 1j * omega * tie.viscosity
+            complex_rates: np.ndarray = tie.rates * (1 + 1j * own) + 1j * omega[:, None] * tie.viscosity
             return complex_rates
 
         self._add_springs(stiffness, rates)
         return self._transform.T @ stiffness @ self._transform
 
+    def receptance(self, rows: np.ndarray, columns: np.ndarray, omega: np.ndarray, loss_factor: float) -> np.ndarray:
+        """(n, a, b) of what is looked at and what is loaded, (a, q) and (b, q) of the independent displacements."""
+        parts = np.array_split(omega, -(-len(omega) // AT_ONCE))
+        return np.concatenate([rows @ np.linalg.solve(self.damped(part, loss_factor), columns.T) for part in parts])
+
     def _add_springs(self, stiffness: np.ndarray, rates: Callable[[Any], np.ndarray]) -> None:
         place = self._first_joint
         for tie in self._ties:
             own = np.arange(place, place + len(tie.rates))
-            stiffness[own, own] += rates(tie)
+            stiffness[..., own, own] += rates(tie)
             place += len(tie.rates)
 
 
@@ -128,5 +136,6 @@ def _undamped(made: Uniform, length: float, terms: int, square: float) -> tuple[
 
 
 @partial(jax.jit, static_argnums=2)
-def _damped(made: Uniform, length: float, terms: int, square: float, loss_factor: float) -> Array:
-    return _between_ends(made, length, terms, square, 1 + 1j * loss_factor)
+def _damped(made: Uniform, length: float, terms: int, squares: Array, loss_factor: float) -> Array:
+    """(n, 12, 12) at n omega^2."""
+    return jax.vmap(lambda square: _between_ends(made, length, terms, square, 1 + 1j * loss_factor))(squares)

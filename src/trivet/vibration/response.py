@@ -87,11 +87,8 @@ def direct_receptance(chosen: Mesh, rows: Any, columns: Any, frequency: np.ndarr
 
 def exact_receptance(exact: ExactStructure, rows: Any, columns: Any, frequency: np.ndarray, loss_factor: float) -> np.ndarray:
     """Receptance (n, a, b) without the error of a mesh, solved at every frequency; arguments as for `modal_receptance`."""
-    load = np.asarray(columns.toarray().T, dtype=complex)
-    answer = [
-        rows @ np.linalg.solve(exact.damped(2 * math.pi * f, loss_factor), load) for f in np.asarray(frequency, dtype=float)
-    ]
-    return np.array(answer)
+    omega = 2 * math.pi * np.asarray(frequency, dtype=float)
+    return exact.receptance(rows.toarray(), columns.toarray(), omega, loss_factor)
 
 
 def receptance(

@@ -1,0 +1,297 @@
+"""Numbers corrected by measurements: predictions, slopes, what is found again, what is told, files, bad input.
+
+The demonstration of a whole correction takes its measurement from solids in CalculiX on joints of another kind.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from machines import changed
+from measured_machine import SENSORS, Joints, hammer_test, modes_of_solids
+
+import trivet as t
+from trivet.errors import InputError
+from trivet.measure.files import save_functions
+from trivet.measure.fitted import FittedModes
+from trivet.measure.fitting import fit_modes
+from trivet.measure.functions import Channel, Functions
+from trivet.measure.identifiability import told
+from trivet.measure.parameters import Free, parameters
+from trivet.measure.predicted import Model, predicted
+from trivet.measure.setup import Placed, Setup, Spot, placed, read_setup
+from trivet.measure.updating import alike_over, robust_spread
+from trivet.model import Machine, load, write
+from trivet.study.update import Update, update
+
+Run = Callable[..., tuple[int, str, str]]
+X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+POINTS = {"1": (0.018, 0.0, 0.13), "2": (-0.009, 0.0156, 0.125), "3": (-0.004, -0.012, 0.12)}
+SETUP = Setup(points={"1": Spot(mass=0.005)}, others="platform")
+FREE = [Free("ball.stiffness"), Free("slide.stiffness", 0.5), Free("loss_factor")]
+TRUE = np.array([450.0, 2.2e6, 0.035])
+
+
+def machine() -> Machine:
+    return load("azulay").with_spherical(300.0)
+
+
+def asked(frequency: np.ndarray, ends: list[tuple[Channel, Channel]] | None = None) -> Functions:
+    """No values yet, at some channels."""
+    loads = (Channel("1", Z), Channel("2", X))
+    pairs = ends or [(Channel(point, way), load) for load in loads for point in POINTS for way in (X, Y, Z)]
+    values = np.zeros((len(pairs), len(frequency)), dtype=complex)
+    return Functions(
+        frequency, values, ("acceleration",) * len(pairs), tuple(a for a, _ in pairs), tuple(b for _, b in pairs), POINTS
+    )
+
+
+def measured(seed: int = 0, noise: float = 0.03) -> tuple[Functions, Placed]:
+    """What the machine with `TRUE` numbers would answer, with noise; and the machine of the file with the points on it."""
+    functions = asked(np.linspace(60, 1000, 160))
+    at = placed(machine(), SETUP, functions)
+    free = parameters(machine(), FREE, 0.02)
+    true, loss = free.applied(machine(), 0.02, free.theta(TRUE))
+    clean = predicted(dataclasses.replace(at, machine=true), functions, float(loss))
+    random = np.random.default_rng(seed)
+    error = random.normal(size=(2, *clean.values.shape))
+    factor = 1 + noise * (error[0] + 1j * error[1]) / np.sqrt(2)
+    return dataclasses.replace(clean, values=clean.values * factor, source="hammer test"), at
+
+
+@pytest.fixture(scope="module")
+def corrected() -> Update:
+    functions, _ = measured()
+    return update(machine(), SETUP, functions, FREE, hold=["3"])
+
+
+def test_two_ways_to_a_prediction() -> None:
+    """From the platform's receptance, and from the structure between all nodes; with a sensor that weighs."""
+    functions = asked(np.linspace(50, 900, 12))
+    at = placed(machine(), SETUP, functions)
+    model = Model.of(at, functions)
+    exact, structural = model.receptances(at.machine, 0.02), model._structural(at.machine, 0.02)
+    np.testing.assert_allclose(structural, exact, rtol=0, atol=1e-9 * np.abs(exact).max())
+
+
+def test_a_sensor_adds_its_mass() -> None:
+    """D with the sensor is D without, less omega^2 m at its point (closed form)."""
+    frequency = np.linspace(50, 900, 7)
+    ends = [(Channel("1", a), Channel("1", b)) for a in (X, Y, Z) for b in (X, Y, Z)]
+    functions = asked(frequency, ends)
+    with_mass, without = (
+        predicted(placed(machine(), s, functions), functions).receptance.T.reshape(-1, 3, 3)
+        for s in (SETUP, Setup(others="platform"))
+    )
+    added = np.linalg.inv(with_mass) - np.linalg.inv(without)
+    expected = -((2 * np.pi * frequency[:, None, None]) ** 2) * 0.005 * np.eye(3)
+    np.testing.assert_allclose(added, expected, rtol=0, atol=1e-6 * np.abs(np.linalg.inv(without)).max())
+
+
+@pytest.mark.parametrize("on", ["platform", "leg-2.link@0.5"])
+def test_slopes_are_those_of_differences(on: str) -> None:
+    functions = asked(np.linspace(90, 800, 9))
+    setup = dataclasses.replace(SETUP, points={**SETUP.points, "3": Spot(on=on)})
+    at = placed(machine(), setup, functions)
+    free = parameters(machine(), [*FREE, Free("home.position.3", 0.002), Free("platform.disc.radius")], 0.02)
+    model, theta = Model.of(at, functions), free.theta(free.start)
+    found = model.slopes(at.machine, 0.02, free, theta).slopes
+    for k, step in enumerate(1e-5 * free.spread):
+        ends = [model.receptances(*free.applied(at.machine, 0.02, theta + s * step * np.eye(len(free))[k])) for s in (1, -1)]
+        expected = (ends[0] - ends[1]) / (2 * step)
+        np.testing.assert_allclose(found[k], expected, rtol=0, atol=2e-6 * np.abs(expected).max(), err_msg=free.paths[k])
+
+
+def test_numbers_are_found_again(corrected: Update) -> None:
+    """Within their standard deviations, which are small; functions that were held back agree."""
+    apart = (corrected.after - TRUE) / corrected.deviation
+    assert np.all(np.abs(apart) < 3)
+    assert np.all(corrected.deviation < 0.01 * TRUE)
+    assert corrected.found.spread == pytest.approx(0.03 / np.sqrt(2), rel=0.15)
+    assert corrected.held is not None
+    seen = np.abs(corrected.held.measured.receptance).max(axis=1)
+    before, after = (values[seen > 1e-3 * seen.max()] for values in corrected.held.criteria("frac"))
+    assert np.all(before < 0.5)
+    assert np.all(after > 0.99)
+
+
+def test_deviations_are_right_over_draws() -> None:
+    """Of 12 draws of noise, errors over their standard deviations have a mean square near 1."""
+    squares = []
+    for seed in range(12):
+        functions, _ = measured(seed)
+        found = update(machine(), SETUP, functions.only(range(9)), FREE)
+        squares.append((found.found.theta - np.log(TRUE)) ** 2 / np.diag(found.covariance))
+    assert 0.4 < np.mean(squares) < 2.0
+
+
+def test_poles_pull_resonances_together() -> None:
+    """Far off, ln|H| alone ends elsewhere; with fitted modes the numbers are found."""
+    functions, _ = measured()
+    far = load("azulay").with_spherical(60.0)
+    with_fit = update(far, SETUP, functions, [Free("ball.stiffness"), Free("slide.stiffness"), Free("loss_factor")],
+                      fit=fitted(functions))  # fmt: skip
+    np.testing.assert_allclose(with_fit.after, TRUE, rtol=0.02)
+    assert with_fit.modes is not None
+    np.testing.assert_allclose(with_fit.modes[1].frequency, with_fit.problem.poles.modes.frequency, rtol=2e-3)
+
+
+def fitted(functions: Functions) -> FittedModes:
+    found = fit_modes(functions)
+    from trivet.measure.correlation import ModeSet
+
+    return FittedModes(found.responses, ModeSet(found.frequency, found.damping, found.shapes))
+
+
+def test_what_cannot_be_told_apart() -> None:
+    """Two numbers of which only the sum is measured, and one of which nothing is."""
+    free = parameters(machine(), [Free("ball.stiffness"), Free("slide.stiffness"), Free("guide.stiffness")], 0.02)
+    row = np.array([100.0, 100.0, 0.0])
+    information = np.outer(row, row)
+    found = told(free, information, np.linalg.inv(information + np.diag(1 / free.spread**2)))
+    assert [(a, b) for a, b, _ in found.inseparable] == [(0, 1)]
+    assert found.inseparable[0][2] == pytest.approx(-1, abs=1e-3)
+    assert [one.is_told for one in found.directions] == [True, False, False]
+    np.testing.assert_allclose(np.abs(found.directions[0].shares), [np.sqrt(0.5), np.sqrt(0.5), 0], atol=1e-9)
+    np.testing.assert_allclose(found.deviation[2], free.spread[2])
+
+
+def test_next_points_tell_what_they_promise(corrected: Update) -> None:
+    """The gain of the best place is that of its own slopes; nothing that was measured is offered again."""
+    best = corrected.next_points[0]
+    assert best.gain > 0.5
+    assert best.gain == max(one.gain for one in corrected.next_points)
+    assert np.all(best.deviation <= np.sqrt(np.diag(corrected.covariance)) * (1 + 1e-12))
+    places = [site.at for site in corrected.problem.placed.sites.values()]
+    assert all(np.linalg.norm(one.site.at - at) > 1e-9 for one in corrected.next_points for at in places)
+
+
+def test_residuals_that_are_alike() -> None:
+    """Of an autoregressive series with coefficient a, (1 + a) / (1 - a) lines (closed form); of white noise 1."""
+    random = np.random.default_rng(3)
+    white = random.normal(size=(40, 2000))
+    assert alike_over(white) == pytest.approx(1, abs=0.1)
+    red = np.zeros_like(white)
+    for k in range(1, white.shape[1]):
+        red[:, k] = 0.8 * red[:, k - 1] + white[:, k]
+    assert alike_over(red) == pytest.approx(1.8 / 0.2, rel=0.15)
+    assert robust_spread(white) == pytest.approx(1, rel=0.02)
+
+
+def test_the_machine_file_tells_its_history(corrected: Update, tmp_path: Path) -> None:
+    write(corrected.machine, tmp_path / "new.toml")
+    again = load(str(tmp_path / "new.toml"))
+    own = t.model.dimensions(again) if hasattr(t, "model") else None
+    assert own is None or own
+    text = (tmp_path / "new.toml").read_text()
+    assert 'status = "fitted"' in text
+    assert "was 300 N m/rad" in text
+    assert "hammer test" in again.about.description
+    assert "loss factor of the analysis 0.035" in again.about.description
+    ball = again.chains["leg"].elements[-1]
+    assert float(ball.stiffness) == pytest.approx(corrected.after[0], abs=0.02 * corrected.deviation[0])  # type: ignore[union-attr]
+
+
+@pytest.mark.peer("CalculiX", program="ccx")
+def test_a_machine_of_solids_on_other_joints(tmp_path: Path) -> None:
+    """No inverse crime: solids, feet on springs in all directions, modal damping, sensors, noise, three references.
+
+    Fitted and corrected on three points; poles and the functions of the other points come near what was measured.
+    """
+    functions = hammer_test(modes_of_solids(Joints(), tmp_path), lines=345)
+    seen = functions.only([k for k in range(len(functions)) if not _is_held(functions, k)])
+    bearing = {"z": "10 N/um", "rx": "1e5 N m/rad", "ry": "1e5 N m/rad", "rz": "1e5 N m/rad"}
+    own = changed(load("azulay"), {"guide": {"bearing": bearing}}, home={"position": ["0 mm", "0 mm", "130 mm"]})
+    own = own.with_theory("timoshenko").with_spherical(100.0)
+    free = [Free(f"guide.{one}") for one in ("stiffness", "bearing.z", "bearing.rx", "bearing.ry", "bearing.rz")]
+    free += [Free("ball.stiffness"), Free("slide.stiffness"), Free("loss_factor")]
+    setup = Setup(points={point: Spot(mass=mass) for point, mass in SENSORS.items()}, others="platform")
+    found = update(own, setup, functions, free, fit=fitted(seen), hold=["4", "5"])
+    assert found.modes is not None
+    poles = found.problem.poles.modes.frequency  # type: ignore[union-attr]
+    before, after = (np.abs(one.frequency / poles - 1) for one in found.modes)
+    assert before.max() > 0.2
+    assert after.max() < 0.01
+    assert found.held is not None
+    frac = [values.mean() for values in found.held.criteria("frac")]
+    assert frac[0] < 0.05
+    assert frac[1] > 0.7
+    by_path = dict(zip(found.paths, found.after, strict=True))
+    # Springs alike in all directions, as they were put in.
+    assert by_path["chains.leg.elements.slide.stiffness"] == pytest.approx(Joints().foot, rel=0.1)
+    assert by_path["chains.leg.elements.ball.stiffness"] == pytest.approx(Joints().ball, rel=0.1)
+
+
+def _is_held(functions: Functions, number: int) -> bool:
+    return {functions.responses[number].point, functions.references[number].point} & {"4", "5"} != set()
+
+
+def test_the_command(trivet: Run, tmp_path: Path) -> None:
+    functions, _ = measured()
+    save_functions(functions.only(range(9)), tmp_path / "hammer.nc")
+    (tmp_path / "setup.toml").write_text('others = "platform"\n[points.1]\nmass = "5 g"\n')
+    options = ["hammer.nc", "azulay", "--spherical", "300 N m/rad", "--points", "setup.toml", "--free", "ball.stiffness",
+               "--free", "slide.stiffness=50 %", "--free", "loss_factor=0.02", "--hold", "3", "--to", "800 Hz"]  # fmt: skip
+    code, out, err = trivet("measure", "update", *options, "--write", "new.toml", "--data", "u.nc", "--figure", "u.png")
+    assert code == 0, err
+    assert "every number is told" in out
+    assert (tmp_path / "new.toml").exists()
+    assert (tmp_path / "u.png").read_bytes()[:4] == b"\x89PNG"
+    code, out, _ = trivet("measure", "update", *options, "--next", "--json", "--figure", "u.html")
+    found = json.loads(out)
+    assert code == 0
+    assert [one["unit"] for one in found["parameters"]] == ["N m/rad", "N/m", "1"]
+    np.testing.assert_allclose([one["after"] for one in found["parameters"]], TRUE, rtol=0.03)
+    assert found["next_points"][0]["gain_bits"] > 0
+    import xarray as xr
+
+    with xr.open_dataset(tmp_path / "u.nc", engine="h5netcdf") as data:
+        np.testing.assert_allclose(data.after, [one["after"] for one in found["parameters"]])
+        assert list(data.is_fitted.values) == [1] * 6 + [0] * 3
+
+
+BAD: list[tuple[list[Any], dict[str, Any], str]] = [
+    ([], {}, "nothing is free"),
+    ([Free("ball.stifness")], {}, "ball.stifness: no such key"),
+    ([Free("ball.stiffness"), Free("chains.leg.elements.ball.stiffness")], {}, "named twice"),
+    ([Free("home.position.3")], {}, "no factor can change it"),
+    ([Free("home.position")], {}, "home.position.1"),
+    ([Free("ball.stiffness", low=400.0)], {}, "outside of its bounds"),
+    ([Free("ball.stiffness", spread=-1.0)], {}, "expected above zero"),
+    (FREE, {"hold": ["9"]}, "no function has the point 9"),
+    (FREE, {"hold": ["1", "2", "3"]}, "all functions are held back"),
+    (FREE, {"low": 2000.0}, "0 lines"),
+]
+
+
+@pytest.mark.parametrize(("free", "options", "words"), BAD)
+def test_bad_input(free: list[Free], options: dict[str, Any], words: str) -> None:
+    functions = dataclasses.replace(asked(np.linspace(60, 1000, 20)), values=np.ones((18, 20), dtype=complex))
+    with pytest.raises(InputError, match=words):
+        update(machine(), SETUP, functions, free, **options)
+
+
+def test_setups_that_are_wrong(tmp_path: Path) -> None:
+    functions = asked(np.linspace(60, 1000, 20))
+    for text, words in (
+        ("[points.1]\non = 3\n", "points.1.on"),
+        ("[points.1]\nmas = '3 g'\n", "did you mean 'mass'"),
+        ("[axes]\nx = [1, 0, 0]\nz = [1, 0, 0]\n", "not square"),
+        ("[points.1]\nat = ['3', '0 mm', '0 mm']\n", "the unit is missing"),
+    ):
+        (tmp_path / "setup.toml").write_text(text)
+        with pytest.raises(InputError, match=words):
+            read_setup(tmp_path / "setup.toml")
+    with pytest.raises(InputError, match="point 1: the set-up does not say where it is"):
+        placed(machine(), Setup(), functions)
+    with pytest.raises(InputError, match="leg-9"):
+        placed(machine(), Setup(points={p: Spot(on="leg-9.link@0.5") for p in POINTS}), functions)
+    nowhere = dataclasses.replace(functions, points={})
+    with pytest.raises(InputError, match="without a position"):
+        placed(machine(), SETUP, nowhere)
