@@ -11,7 +11,7 @@ from pathlib import Path
 # Peers solve small systems: threads inside LAPACK cost them more than they bring.  To be set before NumPy is imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from benchmarks import accelerator, atlas, dynamics, kernels, kinematics, plan, processes, reach, vibration
+from benchmarks import accelerator, atlas, dynamics, kernels, kinematics, modal_fit, plan, processes, reach, vibration
 
 GROUPS = {
     "map": kernels.best_roll_map,
@@ -29,6 +29,7 @@ GROUPS = {
     "dynamics": dynamics.on_one_core,
     "tilt": reach.tilt_analysis,
     "plan": plan.roll_plan,
+    "modal-fit": modal_fit.modal_fit,
     "accelerator": accelerator.against_the_processor,
 }
 

@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     from trivet.interop.urdf import to_urdf, write_urdf
     from trivet.kinematics.forward import Forward
     from trivet.measure.files import read_functions, save_functions
+    from trivet.measure.fitting import fit_modes
     from trivet.measure.importing import import_files
+    from trivet.measure.modal_model import ModalFit
     from trivet.measure.parameters import Free
     from trivet.measure.setup import read_setup
     from trivet.measure.universal import read_universal
@@ -80,7 +82,9 @@ _HOMES = {
     "trivet.interop.urdf": ("to_urdf", "write_urdf"),
     "trivet.kinematics.forward": ("Forward",),
     "trivet.measure.files": ("read_functions", "save_functions"),
+    "trivet.measure.fitting": ("fit_modes",),
     "trivet.measure.importing": ("import_files",),
+    "trivet.measure.modal_model": ("ModalFit",),
     "trivet.measure.parameters": ("Free",),
     "trivet.measure.setup": ("read_setup",),
     "trivet.measure.universal": ("read_universal",),
@@ -134,11 +138,11 @@ _HOMES = {
 __all__ = [
     "Atlas", "Change", "Comparison", "ConePlan", "Correlation", "Cut", "DynamicComparison", "DynamicsReport", "Family",
     "Forward", "Free", "FrequencyResponse", "InputError", "Limits", "Loading", "Lobes", "LobesAlong", "LockSets",
-    "LocksAdvised", "Machine", "Minimum", "ModePaths", "ModesReport", "MotionReport", "NoResultError", "OrientationReport",
+    "LocksAdvised", "Machine", "Minimum", "ModalFit", "ModePaths", "ModesReport", "MotionReport", "NoResultError", "OrientationReport",
     "Plan", "PlanStudy", "PoseReport", "RedundantPath", "Simulation", "SingularityMap", "SingularityReport", "SolidCheck",
     "StiffnessMap", "Surface", "TiltReport", "TiltStudy", "Trajectory", "TrivetError", "Update", "WorkspaceReport",
     "WorkspaceStudy", "advice", "advise_locks", "along", "along_path", "atlas", "catalogue", "circle", "compare",
-    "compare_dynamics", "cone", "correlate", "dimensions", "dynamics_report", "figure", "forward", "frf", "hemisphere",
+    "compare_dynamics", "cone", "correlate", "dimensions", "dynamics_report", "figure", "fit_modes", "forward", "frf", "hemisphere",
     "import_files", "in_block", "load", "lobes", "lobes_along", "lock_sets", "minimum_dynamic_stiffness", "modes",
     "modes_along", "motion", "orientation_workspace", "over_hemisphere", "parse", "plan", "plan_along", "plans", "pose",
     "read_functions", "read_path", "read_setup", "read_universal", "redundant_path", "save", "save_functions",
