@@ -46,16 +46,38 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
             pytest.skip(reason)
 
 
-@pytest.fixture(autouse=True, scope="module")
-def few_kernels() -> Iterator[None]:
+def forget_kernels() -> None:
     """Forget compiled kernels before there are too many: each is mapped into memory, and Linux allows a process 65,530 maps."""
-    yield
     maps = Path("/proc/self/maps")
     if maps.exists() and maps.read_bytes().count(b"\n") > MOST_MAPS:
         import jax
 
         jax.clear_caches()
         gc.collect()
+
+
+@pytest.fixture(autouse=True, scope="module")
+def few_kernels() -> Iterator[None]:
+    """Few when the next module begins."""
+    yield
+    forget_kernels()
+
+
+@pytest.fixture
+def own_kernels() -> Iterator[None]:
+    """For tests that compile as many as whole modules: few when the next of them begins."""
+    yield
+    forget_kernels()
+
+
+@pytest.fixture(scope="module")
+def quick_kernels() -> Iterator[None]:
+    """For tests whose kernels take longer to compile than to run: without the optimizations that take most of that time."""
+    import jax
+
+    jax.config.update("jax_disable_most_optimizations", True)  # type: ignore[no-untyped-call]
+    yield
+    jax.config.update("jax_disable_most_optimizations", False)  # type: ignore[no-untyped-call]
 
 
 @pytest.fixture

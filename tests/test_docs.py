@@ -5,8 +5,7 @@ from __future__ import annotations
 import importlib.util
 import re
 import shlex
-import subprocess
-import sys
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
@@ -19,24 +18,26 @@ PAGES = [*sorted(DOCS.glob("*.md")), DOCS.parent / "README.md"]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 NAME = re.compile(r'^name = "(.*)"$', re.MULTILINE)
 
+Trivet = Callable[..., tuple[int, str, str]]
+"""The fixture of that name."""
 
-def run_command(line: str) -> None:
+
+def run_command(trivet: Trivet, line: str) -> None:
     """Succeeds, or has the exit code that a comment at the end of the line tells."""
     program, *arguments = shlex.split(line, comments=True)
-    code = int(told.group(1)) if (told := re.search(r"# .*exit code (\d)", line)) else 0
+    expected = int(told.group(1)) if (told := re.search(r"# .*exit code (\d)", line)) else 0
     assert program == "trivet", line
-    command = [sys.executable, "-c", "from trivet.cli import main; main()", *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
-    assert done.returncode == code, f"{line}\n{done.stdout}\n{done.stderr}"
+    code, out, err = trivet(*arguments)
+    assert code == expected, f"{line}\n{out}\n{err}"
 
 
 NEEDS = {"solids.md": pytest.mark.peer("scikit-fem", module="skfem")}
 
 
+@pytest.mark.usefixtures("own_kernels")
 @pytest.mark.parametrize("page", [pytest.param(page, id=page.name, marks=NEEDS.get(page.name, ())) for page in PAGES])
-def test_examples_work(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Block after block in one folder; a machine file lies there under its name when the next block runs."""
-    monkeypatch.chdir(tmp_path)
+def test_examples_work(page: Path, trivet: Trivet) -> None:
+    """Block after block in one folder, and in one process; a machine file lies there when the next block runs."""
     names: dict[str, object] = {}
     for language, text in BLOCK.findall(page.read_text(encoding="utf-8")):
         if language == "toml" and text.startswith(("format = 1", "variant_of = ")):
@@ -50,7 +51,7 @@ def test_examples_work(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPat
         elif language == "console":
             for line in text.splitlines():
                 if line.startswith("$ trivet "):
-                    run_command(line[2:])
+                    run_command(trivet, line[2:])
 
 
 def test_the_pages_have_examples() -> None:
