@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
+import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import trivet
+from trivet.cli.views.atlas import as_json, tables
 from trivet.errors import InputError, NoResultError
 from trivet.model import load
 from trivet.space.family import along, in_block, over_hemisphere
@@ -163,3 +166,24 @@ def test_the_workpiece_by_default() -> None:
     bare = dataclasses.replace(machine, workpiece=None)
     with pytest.raises(InputError, match="workpiece"):
         atlas(bare, low=LOW, high=HIGH, points=5)
+
+
+def test_entries_that_symmetry_makes_nought_are_unbounded(tmp_path: Path) -> None:
+    line = in_block((0.0002, 0, 0.125), (0.0004, 0, 0), (1, 1, 1))
+    entries = ("xx", "xy")
+    asked: dict[str, Any] = {"roll": 0.0, "entries": entries, "low": 300.0, "high": 700.0, "points": 50, "search": False}
+    kept = atlas("azulay", line, **asked)  # the plane y = 0 is one of symmetry
+    assert kept.used.all()
+    assert np.all(np.isinf(kept.stiffness) == [False, True])
+    assert np.all(np.isnan(kept.at_frequency) == [False, True])
+    aside = atlas("azulay", in_block((0, 1e-12, 0.125), (0.0004, 0, 0), (1, 1, 1)), **asked)
+    assert np.isfinite(aside.stiffness).all(), "a picometre beside it the response is small, not rounding"
+    assert aside.stiffness[0, 1] > 1e8 * aside.stiffness[0, 0]
+    worst = kept.worst[1]
+    assert (worst.stiffness, math.isnan(worst.frequency)) == (math.inf, True)
+    shown = [part for part in tables(kept) if isinstance(part, str)]
+    assert any("xy: unbounded where the motion" in text for text in shown)
+    assert as_json(kept)["least_stiffness_SI"]["xy"] == [None] * len(line)
+    for name in ("one.png", "one.html"):
+        trivet.figure(kept, tmp_path / name)
+        assert (tmp_path / name).stat().st_size > 10_000

@@ -48,6 +48,8 @@ def _response(entry: str) -> str:
 
 def _words(one: Worst, sought: bool) -> str:
     unit = unit_of_least(one.entry)
+    if not np.isfinite(one.stiffness):
+        return "unbounded at all points"
     return f"worst {'pose' if sought else 'point'}: {one.stiffness * unit.factor:.4g} {unit.written} at {one.frequency:.1f} Hz"
 
 
@@ -72,6 +74,7 @@ class _Panel:
     def of(cls, result: Atlas, k: int) -> _Panel:
         axes, coordinates = result.family.axes[:2], result.family.coordinates[:, :2]
         values = result.stiffness[:, k] * unit_of_least(result.entries[k]).factor
+        values[np.isinf(values)] = np.nan
         order = np.argsort(values)
         _, first = np.unique(np.round(coordinates[order] / result.family.spacing[:2], 6), axis=0, return_index=True)
         points = order[first]
@@ -83,7 +86,8 @@ class _Panel:
 
 def _scale(values: Any) -> str:
     """That of an axis: ticks of a logarithmic one want a decade."""
-    return "log" if np.nanmax(values) > DECADE * np.nanmin(values) else "linear"
+    known = values[np.isfinite(values)]
+    return "log" if len(known) and known.max() > DECADE * known.min() else "linear"
 
 
 def _picture(result: Atlas, path: Path) -> None:

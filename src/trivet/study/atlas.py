@@ -18,8 +18,8 @@ from trivet.space.frame import Frame
 from trivet.study.families import hemisphere_of
 from trivet.study.machines import MachineLike, choose
 from trivet.study.responses import Responses
-from trivet.study.worst import Worst, rolled, worst, worst_of_points
-from trivet.vibration.directional import Peaks, climbed, receptances
+from trivet.study.worst import Worst, rolled, unbounded, worst, worst_of_points
+from trivet.vibration.directional import Peaks, climbed, is_rounding, receptances
 from trivet.vibration.resonance import grid
 
 Array = NDArray[Any]
@@ -50,9 +50,10 @@ class Atlas:
     """(f,) Hz."""
     loss_factor: float
     stiffness: Array
-    """(n, k) least of 1/|H| over the range of frequencies, N/m, N, N/rad, N m/rad."""
+    """(n, k) least of 1/|H| over the range of frequencies, N/m, N, N/rad, N m/rad; infinite where H is nothing but rounding, as
+    symmetry makes it of entries off the diagonal."""
     at_frequency: Array
-    """(n, k) where it is, Hz."""
+    """(n, k) where it is, Hz; NaN where that is nowhere."""
     least: Array
     """(k, f) least |H| over the poses that are reached, m/N, m/(N m), rad/N, rad/(N m)."""
     greatest: Array
@@ -65,7 +66,7 @@ class Atlas:
     @property
     def used(self) -> Array:
         """(n,) points at which the pose is reached with all joints inside their travel."""
-        return np.all(np.isfinite(self.stiffness), axis=1)
+        return ~np.any(np.isnan(self.stiffness), axis=1)
 
     @cached_property
     def poses(self) -> Frame:
@@ -143,6 +144,8 @@ def atlas(
 
     def worst_along(entry: str, on_grid: Array) -> Worst:
         own = asked.along([entry])
+        if not np.any(np.isfinite(on_grid)):
+            return unbounded(entry)
         if not search:
             return worst_of_points(own, places, on_grid)
         return worst(own, policy, family, places, on_grid, partial(progress, f"worst pose, {entry}"))
@@ -168,5 +171,6 @@ def _swept(
         least = np.minimum(least, sizes[..., wanted].min(axis=0))
         most = np.maximum(most, sizes[..., wanted].max(axis=0))
         progress(rows.stop, len(there))
-    size, at = climbed(there, Peaks.joined(peaks), asked.high)
-    return 1 / size, at, least, most
+    found = climbed(there, Peaks.joined(peaks), asked.high)
+    is_none = is_rounding(there, found, asked.high)
+    return np.where(is_none, np.inf, 1 / found.size), np.where(is_none, np.nan, found.frequency), least, most

@@ -32,7 +32,12 @@ def atlas_dataset(result: Atlas) -> xr.Dataset:
             "tilt": (("point",), places.tilt, "rad", "angle of the platform normal from z"),
             "roll": (("point",), places.roll, "rad", "about the platform normal"),
             "unit_of_stiffness": (("entry",), [unit_of_least(e).si for e in result.entries], "1", "unit of 1/|H|"),
-            "least_stiffness": (("point", "entry"), result.stiffness, _STIFFNESS, "least over frequency of 1/|H|"),
+            "least_stiffness": (
+                ("point", "entry"),
+                result.stiffness,
+                _STIFFNESS,
+                "least over frequency of 1/|H|; inf: unbounded",
+            ),
             "at_frequency": (("point", "entry"), result.at_frequency, "Hz", "where it is"),
             "least_receptance": (("entry", "frequency"), result.least, _RECEPTANCE, "least |H| over the poses"),
             "greatest_receptance": (("entry", "frequency"), result.greatest, _RECEPTANCE, "greatest |H| over the poses"),

@@ -26,7 +26,7 @@ class Worst(NamedTuple):
 
     entry: str
     stiffness: float
-    """N/m, N, N/rad, N m/rad."""
+    """N/m, N, N/rad, N m/rad; infinite where H is nothing but rounding everywhere, with NaN for the rest."""
     frequency: float
     """Hz."""
     position: tuple[float, float, float]
@@ -87,6 +87,12 @@ def worst(
 def worst_of_points(asked: Responses, places: Places, on_grid: Array) -> Worst:
     """The worst of the grid's own points along one entry; arguments as of `worst`."""
     return _told(asked, places.some(np.array([np.nanargmin(on_grid)])), on_grid)
+
+
+def unbounded(entry: str) -> Worst:
+    """Along an entry that is nothing but rounding at all points: there is no worst pose."""
+    nan = float("nan")
+    return Worst(entry, float("inf"), nan, (nan, nan, nan), nan, nan, nan, float("inf"), False)
 
 
 def _told(asked: Responses, there: Places, on_grid: Array) -> Worst:

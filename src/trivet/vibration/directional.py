@@ -42,6 +42,10 @@ STEPS = 5
 NARROW = 1e-10
 """Distance from the top, against its omega^2, below which a peak is climbed."""
 
+ROUNDING = 1e-12
+"""Share of the geometric mean of H_ii and H_jj up to which H_ij is nothing but rounding, a thousandth or less of this as a
+rule."""
+
 Array = NDArray[Any]
 
 
@@ -59,6 +63,10 @@ class Entries(NamedTuple):
         axes = list(dict.fromkeys(axis for pair in names for axis in pair))
         directions = tuple(tuple(float(axis == other) for other in AXES) for axis in axes)
         return cls(directions, tuple((axes.index(a), axes.index(b)) for a, b in names))
+
+    def own(self) -> Entries:
+        """Of every direction the motion along it under a load along it."""
+        return Entries(self.directions, tuple((k, k) for k in range(len(self.directions))))
 
     def __call__(self, matrix: Symmetric, arms: Vec | None) -> tuple[jax.Array, jax.Array]:
         columns = []
@@ -210,6 +218,19 @@ def climbed(asked: Asked, peaks: Peaks, high: float) -> Greatest:
     found.size[where] = height[order]
     found.frequency[where] = np.sqrt(peak[order]) / (2 * math.pi)
     return found
+
+
+def is_rounding(asked: Asked, found: Greatest, high: float) -> Array:
+    """(p, k) whether a greatest value is nothing but rounding, as where symmetry leaves motion and load nothing to do with each
+    other; `high` as of `climbed`."""
+    effort = spectral.plan(asked.machine, asked.poses, asked.stand, 2 * math.pi * high).effort
+    own = replace(asked, entries=asked.entries.own())
+    answer = np.zeros(found.size.shape, dtype=bool)
+    for k, (motion, load) in enumerate(asked.entries.pairs):
+        if motion != load:
+            sizes = np.abs(at_frequencies(own, 2 * math.pi * found.frequency[:, k], effort))
+            answer[:, k] = found.size[:, k] <= ROUNDING * np.sqrt(sizes[:, motion] * sizes[:, load])
+    return answer
 
 
 def _tops(asked: Asked, peaks: Peaks, effort: Effort) -> tuple[Array, Array]:

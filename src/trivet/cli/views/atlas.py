@@ -26,7 +26,10 @@ def tables(result: Atlas) -> list[Any]:
     for k, (entry, one) in enumerate(zip(result.entries, result.worst, strict=True)):
         unit = unit_of_least(entry)
         own = result.stiffness[used, k] * unit.factor
-        spread.add_row(entry, f"{own.min():.4g}", f"{np.median(own):.4g}", f"{own.max():.4g}", unit.written)
+        spread.add_row(entry, *(_number(value) for value in (own.min(), np.median(own), own.max())), unit.written)
+        if not np.isfinite(one.stiffness):
+            worst.add_row(entry, "unbounded", unit.written)
+            continue
         place = [f"{1e3 * c:.4f}" for c in one.position]
         angles = [f"{np.degrees(a):.3f}" for a in (one.azimuth, one.tilt, one.roll)]
         stiffness, on_grid = (f"{value * unit.factor:.4g}" for value in (one.stiffness, one.on_grid))
@@ -37,6 +40,9 @@ def tables(result: Atlas) -> list[Any]:
         if ends
         else []
     )
+    none = [entry for k, entry in enumerate(result.entries) if np.any(np.isinf(result.stiffness[:, k]))]
+    if none:
+        notes.append(f"{', '.join(none)}: unbounded where the motion has nothing to do with the load, as symmetry makes it")
     return [
         f"{result.machine.name}, {mode_words(result.mode)}, {result.family.name}, roll {result.policy}: {int(used.sum())} of "
         f"{len(result.family)} points reached; {where}, {low:g} to {high:g} Hz, loss factor {result.loss_factor:g}",
@@ -44,6 +50,10 @@ def tables(result: Atlas) -> list[Any]:
         worst,
         *notes,
     ]
+
+
+def _number(value: float) -> str:
+    return f"{value:.4g}" if np.isfinite(value) else "unbounded"
 
 
 def _sought(result: Atlas) -> str:
