@@ -88,7 +88,8 @@ def test_figures(tmp_path: Path) -> None:
         assert (tmp_path / f"atlas.{suffix}").stat().st_size > 20_000
     assert "13 of 13 points" in drawn._title(one)[0]
     assert (
-        drawn._words(one.worst[0]) == f"worst pose: {one.worst[0].stiffness / 1e6:.4g} N/µm at {one.worst[0].frequency:.1f} Hz"
+        drawn._words(one.worst[0], True)
+        == f"worst pose: {one.worst[0].stiffness / 1e6:.4g} N/µm at {one.worst[0].frequency:.1f} Hz"
     )
     line = t.atlas("azulay", t.along("move", way, 1.0, 4), entries=("xx",), low=50, high=700, points=5)
     t.figure(line, tmp_path / "line.png")
