@@ -25,11 +25,9 @@ POINTS = {
     "5": (0.010, 0.009, 0.135),
 }
 """In {O}, m; the platform is level, its centre at 130 mm."""
-SENSORS = {"1": 0.004, "2": 0.004, "3": 0.004, "4": 0.004}
-"""kg, fixed during all measurements."""
-REFERENCES = (("1", "z"), ("2", "x"), ("5", "y"))
-SENSED = ("1", "2", "3", "4")
-"""Points with a sensor along x, y and z."""
+SENSORS = {"1": 0.004, "2": 0.004, "3": 0.004, "4": 0.004, "5": 0.004}
+"""kg, along x, y and z, fixed during all measurements."""
+REFERENCES = (("1", "z"), ("2", "x"), ("3", "y"))
 
 
 class Joints(NamedTuple):
@@ -109,7 +107,7 @@ def hammer_test(solids: Solids, low: float = 40.0, high: float = 900.0, lines: i
     centre = np.einsum("ir,nr,jr->nij", solids.shapes, factors, solids.shapes)
     heavy = sum(mass * np.outer(row, row) for point, mass in SENSORS.items() for row in (along(point, a) for a in AXES))
     loaded = np.linalg.inv(np.linalg.inv(centre) - omega[:, None, None] ** 2 * heavy)
-    pairs = [(Channel(p, AXES[a]), Channel(q, AXES[b])) for q, b in REFERENCES for p in SENSED for a in AXES]
+    pairs = [(Channel(p, AXES[a]), Channel(q, AXES[b])) for q, b in REFERENCES for p in SENSORS for a in AXES]
     values = []
     for response, reference in pairs:
         rows = [_row(channel) for channel in (response, reference)]

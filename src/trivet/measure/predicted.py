@@ -28,7 +28,7 @@ from trivet.vibration.places import Place, place_of
 from trivet.vibration.spectral_machine import Stand as Standing
 from trivet.vibration.spectral_machine import standing
 
-STEP = 1e-4
+STEP = 1e-5
 """Step of a central difference, in standard deviations beforehand."""
 
 
