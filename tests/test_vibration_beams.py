@@ -387,7 +387,9 @@ def test_exact_stiffness_and_its_slope() -> None:
     step = 1e-4 * square
     slope = (exact.real(square + step)[0] - exact.real(square - step)[0]) / (2 * step)
     np.testing.assert_allclose(mass, -slope, rtol=0, atol=1e-7 * np.abs(mass).max())
-    np.testing.assert_allclose(exact.damped(np.array([2500.0]), 0.0)[0], stiffness, rtol=0, atol=1e-12 * np.abs(stiffness).max())
+    np.testing.assert_allclose(
+        exact.damped(np.array([2500.0]), 0.0)[0], stiffness, rtol=0, atol=1e-12 * np.abs(stiffness).max()
+    )
     damped = exact.damped(np.array([2500.0]), 0.04)[0]
     assert np.all(np.linalg.eigvalsh(damped.imag) > 0)
 

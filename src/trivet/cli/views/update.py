@@ -121,9 +121,7 @@ def _modes(result: Update) -> Any:
 
 
 def _further(result: Update) -> Any:
-    found = table(
-        "what to measure next, with the loads that there are", "sensor at", "along", "bits it would tell", left=2
-    )
+    found = table("what to measure next, with the loads that there are", "sensor at", "along", "bits it would tell", left=2)
     for one in result.next_points[:ROWS]:
         found.add_row(one.site.point, one.axis, f"{one.gain:.2f}")
     return found
