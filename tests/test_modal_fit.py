@@ -22,6 +22,7 @@ from trivet.measure.least_squares_complex import OrderPoles, estimate, normal_eq
 from trivet.measure.maximum_likelihood import covariance, directions, information, leverage, moved, projected, refine
 from trivet.measure.modal_model import ModalFit
 from trivet.measure.noise import estimated
+from trivet.measure.refinement import _missing
 from trivet.measure.residues import Band, Modes, shapes_of, synthesised
 from trivet.measure.stabilisation import automatic, nearest, stabilisation
 
@@ -132,7 +133,15 @@ def test_a_pair_is_two_modes_and_no_pole_is_taken_twice() -> None:
 def test_pairing_with_the_order_below_is_one_to_one() -> None:
     """A second pole that appears beside an old one is not stable by the same old one."""
     diagram = stabilisation(orders((100.0,), (100.0, 100.3)), 0.0, 1e4)
-    assert diagram.stable[diagram.order == 2].tolist() == [True, False]
+    assert diagram.in_frequency[diagram.order == 2].tolist() == [True, False]
+
+
+def test_a_cluster_has_as_many_modes_as_most_orders_say() -> None:
+    levels: list[tuple[float, ...]] = [(100.0, 100.02, 130.0)] * 9
+    levels[6:8] = [(100.0, 100.01, 100.02, 130.0)] * 2
+    diagram = stabilisation(orders(*levels), 0.0, 1e4)
+    assert np.max(np.unique(diagram.order[diagram.stable & (diagram.frequency < 110)], return_counts=True)[1]) == 3
+    assert chosen(diagram) == [100.0, 100.02, 130.0]
 
 
 def test_stable_in_what() -> None:
@@ -207,6 +216,15 @@ def test_directions_apart_by_differences() -> None:
     mirrored = 1 / (1j * band.omega - modes.poles.conj()[:, None]) ** 2
     expected = mixed @ slope + mixed.conj() @ mirrored
     np.testing.assert_allclose(change, expected, atol=0.02 * np.abs(expected).max())
+
+
+def test_how_far_poles_come_apart() -> None:
+    """Of a pair that is fitted as one pole without being one, the step of the test makes the two poles."""
+    other = Truth((100, 100.02, 180), SMALL.damping, SMALL.shapes)
+    band = band_of(other, LINES[::4], 2)
+    weight = np.ones(band.values.shape) * 1e8 / np.mean(np.abs(band.values) ** 2)
+    at = refine(band, modes_of(SMALL, 2, [0, 0, 1]), weight)
+    assert apart(band, at, np.array([0, 1])).split == pytest.approx(abs(other.poles[1] - other.poles[0]), rel=0.01)
 
 
 def test_leverage_counts_unknowns() -> None:
@@ -358,6 +376,23 @@ def test_covariance_is_that_of_the_draws() -> None:
         poles = refine(band._replace(values=clean + errors), start, weight).modes.poles
         found.append(np.concatenate([poles.real, poles.imag]))
     np.testing.assert_allclose(np.std(found, axis=0), stated, rtol=0.15)
+
+
+def test_weights_do_not_follow_the_noise() -> None:
+    """Much noise in proportion: weights of measured magnitudes would make the functions smaller by twice its square, 8 %."""
+    lines = np.linspace(60.0, 240.0, 361)
+    clean = SMALL.matrix(lines, 2)
+    values = noisy(clean, "relative", 0.2, 3)
+    fit = fit_modes(functions(lines, values), order=10, poles=SMALL.natural)
+    assert np.mean(np.abs(fit.synthesis()) / np.abs(clean)) == pytest.approx(1, abs=0.015)
+
+
+def test_what_is_missing_is_looked_for_outside_too() -> None:
+    truth = Truth.of((60, 200, 900), (0.01, 0.01, 0.01), 4, seed=4)
+    band = band_of(truth, np.linspace(120.0, 600.0, 121), 2)
+    at = projected(band, modes_of(truth, 2).only(np.array([1])), 1 / np.abs(band.values) ** 2)
+    inside, below, above = (np.abs(more.poles[more.poles != truth.poles[1]][0]) for more in _missing(band, at))
+    assert below < band.omega[0] <= inside <= band.omega[-1] < above
 
 
 def test_modes_outside_the_band_do_not_mislead() -> None:
