@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from synthetic_modes import Truth, functions, noisy
 
-from tests.synthetic_modes import Truth, functions, noisy
 from trivet.measure.files import save_functions
 from trivet.measure.fitting import fit_modes
 from trivet.measure.modal_model import ModalFit

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.stats import chi2
+from synthetic_modes import Kind, Truth, functions, matched, noisy
 
-from tests.synthetic_modes import Kind, Truth, functions, matched, noisy
 from trivet.errors import InputError, NoResultError
 from trivet.measure import fitting
 from trivet.measure.coincidence import apart, joined

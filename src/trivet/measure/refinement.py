@@ -37,6 +37,8 @@ UNKNOWN = 0.25
 MOST_ADDED = 12
 FAR = 8.0
 """Times the highest frequency, or part of the lowest, beyond which a mode outside the band is no more than its residual."""
+CROWDED = 0.5
+"""Distance of poles, as a part of the half bandwidth, within which no more can be told apart than there are references."""
 STEPS = 8
 """In which a mode that is tried must show what it is worth."""
 RATIOS = (0.002, 0.01, 0.04)
@@ -109,7 +111,7 @@ def gains(at: Refined, found: Information) -> np.ndarray:
 
 
 def significant(band: Band, found: Settled) -> Settled:
-    """Without modes that explain too little, are not damped or not known: the least first, one by one."""
+    """Without modes that explain too little, are not damped, not known or not to be told apart: the least first, one by one."""
     while len(found.at.modes) > 1:
         at = found.at
         known = information(band, at, directions(at.modes, at.shapes))
@@ -118,6 +120,9 @@ def significant(band: Band, found: Settled) -> Settled:
         deviation = np.sqrt(np.maximum(spread[at.modes.group] + spread[half + at.modes.group], 0))
         worth[(deviation > -UNKNOWN * at.modes.poles.real) & _is_inside(band, at.modes)] = 0
         worth[~_is_near(band, at.modes)] = 0
+        crowded = _is_crowded(band, at.modes)
+        if crowded.any():
+            worth[np.argmin(np.where(crowded, worth, np.inf))] = 0
         least = int(np.argmin(worth))
         if worth[least] >= penalty(band):
             return found
@@ -146,9 +151,18 @@ def _with_one_more(band: Band, at: Refined) -> Modes | None:
 
 
 def _is_plausible(band: Band, modes: Modes) -> bool:
-    """Whether modes in the band are damped, and not too much; outside they may do as they like, not too far away."""
+    """Whether modes in the band are damped, not too much, and can be told apart; outside they may do as they like, not too far
+    away."""
     damped = (modes.poles.real < 0) & (-modes.poles.real < HEAVY * np.abs(modes.poles))
-    return bool(np.all(np.where(_is_inside(band, modes), damped, _is_near(band, modes))))
+    told = ~_is_crowded(band, modes)
+    return bool(np.all(np.where(_is_inside(band, modes), damped & told, _is_near(band, modes))))
+
+
+def _is_crowded(band: Band, modes: Modes) -> np.ndarray:
+    """(R,) whether more poles than references lie about a pole of the band."""
+    close = np.abs(modes.poles[:, None] - modes.poles) < CROWDED * np.abs(modes.poles.real)
+    found: np.ndarray = (close.sum(axis=1) > band.values.shape[1]) & _is_inside(band, modes)
+    return found
 
 
 def _is_near(band: Band, modes: Modes) -> np.ndarray:
@@ -196,4 +210,5 @@ def most_likely(band: Band, modes: Modes, is_automatic: bool) -> Settled:
     found = settled(band, modes, rounds=FEW if is_automatic else ROUNDS)
     if is_automatic:
         found = significant(band, completed(band, significant(band, found)))
-    return settled(band, joined(band, found.at).modes, found.noise)
+    found = settled(band, joined(band, found.at).modes, found.noise)
+    return significant(band, found) if is_automatic else found
