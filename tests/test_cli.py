@@ -304,8 +304,10 @@ def test_a_command_is_a_file() -> None:
     import pkgutil
 
     from trivet.cli import commands
+    from trivet.cli.commands import measure
 
-    assert sorted(commands.NAMES) == sorted(module.name for module in pkgutil.iter_modules(commands.__path__))
+    assert sorted([*commands.NAMES, "measure"]) == sorted(module.name for module in pkgutil.iter_modules(commands.__path__))
+    assert sorted(measure.COMMANDS.values()) == sorted(module.name for module in pkgutil.iter_modules(measure.__path__))
 
 
 def test_output_that_finds_no_room_is_one_line() -> None:

@@ -263,8 +263,10 @@ def test_status_marks_the_joint_it_names() -> None:
 
 
 def test_colours_are_told_apart() -> None:
-    listed = [COLOURS[role] for role in LEGEND] + [MARKED]
-    assert len(set(listed)) == len(listed)
+    """Of a machine, and of measured points on a machine that is grey."""
+    mapped = ["machine", "measured point", "point on the machine", "response", "load"]
+    for listed in ([COLOURS[role] for role in LEGEND if role not in mapped] + [MARKED], [COLOURS[role] for role in mapped]):
+        assert len(set(listed)) == len(listed)
 
 
 def test_heading_tells_mode_and_pose() -> None:
