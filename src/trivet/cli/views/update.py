@@ -16,6 +16,8 @@ from trivet.study.update import Compared, Update
 
 ROWS = 12
 """Rows of a table of functions or places, at most."""
+UNEXPLAINED = 0.3
+"""Scatter of ln|H| beyond which standard deviations are those of a model that is not the machine."""
 SHARE = 0.2
 """Share in a combination of numbers below which one is not named."""
 
@@ -25,6 +27,8 @@ def tables(result: Update, further: bool = False) -> Iterator[Any]:
     yield _setting(result)
     yield _numbers(result)
     yield _told(result)
+    if result.found.spread > UNEXPLAINED:
+        yield unexplained(result.found.spread)
     yield _functions("functions that were fitted", result.fitted)
     if result.held is not None:
         yield _functions("functions that were held back", result.held)
@@ -73,6 +77,14 @@ def _told(result: Update) -> str:
     ]
     lines += [f"not told, and left as it was known before: {combination(result, d)}" for d in told.directions if not d.is_told]
     return "\n".join(lines) if lines else "every number is told by the measurements, and each apart from the others"
+
+
+def unexplained(spread: float) -> str:
+    """That what is free does not bring the model to the measurement."""
+    return (
+        f"the model does not explain the measurement: responses are off by a factor of {math.exp(spread):.1f}, and the ± are "
+        "those of a wrong model; free other numbers, or let parts yield that are rigid now (bearings), and look at --figure"
+    )
 
 
 def combination(result: Update, direction: Direction) -> str:
