@@ -25,10 +25,10 @@ from trivet.measure.functions import Channel, Functions
 from trivet.measure.identifiability import told
 from trivet.measure.parameters import Free, parameters
 from trivet.measure.predicted import Model, predicted
-from trivet.measure.setup import Placed, Setup, Spot, placed, read_setup
-from trivet.measure.updating import alike_over, robust_spread
+from trivet.measure.setup import Axes, Placed, Setup, Spot, placed, read_setup
+from trivet.measure.updating import _huber, alike_over, robust_spread
 from trivet.model import Machine, load, write
-from trivet.study.update import Update, update
+from trivet.study.update import Update, _divided, update
 
 Run = Callable[..., tuple[int, str, str]]
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -42,10 +42,12 @@ def machine() -> Machine:
     return load("azulay").with_spherical(300.0)
 
 
+LOADS = (Channel("1", Z), Channel("2", X))
+
+
 def asked(frequency: np.ndarray, ends: list[tuple[Channel, Channel]] | None = None) -> Functions:
     """No values yet, at some channels."""
-    loads = (Channel("1", Z), Channel("2", X))
-    pairs = ends or [(Channel(point, way), load) for load in loads for point in POINTS for way in (X, Y, Z)]
+    pairs = ends or [(Channel(point, way), load) for load in LOADS for point in POINTS for way in (X, Y, Z)]
     values = np.zeros((len(pairs), len(frequency)), dtype=complex)
     return Functions(
         frequency, values, ("acceleration",) * len(pairs), tuple(a for a, _ in pairs), tuple(b for _, b in pairs), POINTS
@@ -94,6 +96,38 @@ def test_a_sensor_adds_its_mass() -> None:
     np.testing.assert_allclose(added, expected, rtol=0, atol=1e-6 * np.abs(np.linalg.inv(without)).max())
 
 
+def test_axes_of_the_measurement_are_anybodys_choice() -> None:
+    """The same points and directions written in axes that are moved and turned: the same answers."""
+    functions = asked(np.linspace(90, 800, 5))
+    turn = np.array([[0.0, 0.6, 0.8], [1.0, 0.0, 0.0], [0.0, 0.8, -0.6]])  # columns: the axes of the measurement in {O}
+    origin = np.array([0.1, -0.2, 0.05])
+
+    def own(channel: Channel) -> Channel:
+        x, y, z = turn.T @ np.array(channel.direction)
+        return channel._replace(direction=(float(x), float(y), float(z)))
+
+    written = dataclasses.replace(
+        functions,
+        responses=tuple(own(c) for c in functions.responses),
+        references=tuple(own(c) for c in functions.references),
+        points={name: tuple(turn.T @ (np.array(at) - origin)) for name, at in POINTS.items()},
+    )
+    axes = Axes((0.1, -0.2, 0.05), (0.0, 1.0, 0.0), (0.8, 0.0, -0.6))
+    moved = dataclasses.replace(SETUP, axes=axes)
+    np.testing.assert_allclose(axes.turn(), turn, atol=1e-15)
+    found, expected = (predicted(placed(machine(), s, f), f).values for s, f in ((moved, written), (SETUP, functions)))
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+
+
+def test_far_residuals_count_by_their_size() -> None:
+    """Squares up to 1.5, then 1.5 (2 |r| - 1.5): Huber's loss; slopes against differences."""
+    apart = np.array([-7.0, -1.6, -0.3, 0.0, 1.2, 4.0])
+    value, slope = _huber(apart)
+    size = np.abs(apart)
+    np.testing.assert_allclose(value**2, np.where(size <= 1.5, size**2, 1.5 * (2 * size - 1.5)))
+    np.testing.assert_allclose(slope, (_huber(apart + 1e-6)[0] - _huber(apart - 1e-6)[0]) / 2e-6, rtol=1e-6)
+
+
 @pytest.mark.parametrize("on", ["platform", "leg-2.link@0.5"])
 def test_slopes_are_those_of_differences(on: str) -> None:
     functions = asked(np.linspace(90, 800, 9))
@@ -121,6 +155,15 @@ def test_numbers_are_found_again(corrected: Update) -> None:
     assert np.all(after > 0.99)
 
 
+def test_what_is_held_back_is_not_fitted() -> None:
+    """Neither a response at the point, nor a load there."""
+    seen, held = _divided(asked(np.linspace(60, 1000, 20)), ["2"])
+    assert held is not None
+    assert len(seen) == 6
+    assert len(held) == 12
+    assert not any("2" in (a.point, b.point) for a, b in zip(seen.responses, seen.references, strict=True))
+
+
 def test_deviations_are_right_over_draws() -> None:
     """Of 12 draws of noise, errors over their standard deviations have a mean square near 1."""
     squares = []
@@ -140,6 +183,8 @@ def test_poles_pull_resonances_together() -> None:
     np.testing.assert_allclose(with_fit.after, TRUE, rtol=0.02)
     assert with_fit.modes is not None
     np.testing.assert_allclose(with_fit.modes[1].frequency, with_fit.problem.poles.modes.frequency, rtol=2e-3)
+    # Where all is damped alike, a damping ratio is half the loss factor.
+    np.testing.assert_allclose(with_fit.modes[1].damping, with_fit.after[2] / 2, rtol=1e-9)
 
 
 def fitted(functions: Functions) -> FittedModes:
@@ -169,6 +214,19 @@ def test_next_points_tell_what_they_promise(corrected: Update) -> None:
     assert best.gain == max(one.gain for one in corrected.next_points)
     assert np.all(best.deviation <= np.sqrt(np.diag(corrected.covariance)) * (1 + 1e-12))
     places = [site.at for site in corrected.problem.placed.sites.values()]
+    # Once more with all lines, ln|H| by differences of predictions.
+    problem, found = corrected.problem, corrected.found
+    ends = [(Channel(best.site.point, {"x": X, "y": Y, "z": Z}[best.axis]), load) for load in LOADS]
+    at = dataclasses.replace(problem.placed, sites={**problem.placed.sites, best.site.point: best.site})
+    model = Model.of(at, asked(problem.functions.frequency, ends))
+    columns = []
+    for unit in 1e-4 * np.eye(len(found.theta)):
+        sizes = [np.log(np.abs(model.receptances(*problem.at(found.theta + s * unit)))) for s in (1, -1)]
+        columns.append((sizes[0] - sizes[1]).ravel() / 2e-4)
+    more = np.array(columns) @ np.array(columns).T / (found.spread**2 * found.alike)
+    whole = np.linalg.inv(corrected.covariance) + more
+    expected = 0.5 * np.log2(np.linalg.det(whole) * np.linalg.det(corrected.covariance))
+    assert best.gain == pytest.approx(expected, rel=0.15)
     assert all(np.linalg.norm(one.site.at - at) > 1e-9 for one in corrected.next_points for at in places)
 
 
