@@ -5,12 +5,16 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterator
 from dataclasses import MISSING, dataclass, fields, is_dataclass
-from typing import TYPE_CHECKING, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+
+import typer
 
 from trivet.cli import options as o
 from trivet.cli import output
 
 if TYPE_CHECKING:
+    from trivet.measure.fitted import FittedModes
+    from trivet.measure.setup import Setup
     from trivet.model import Machine
     from trivet.space.family import Family
     from trivet.space.frame import Frame
@@ -172,6 +176,42 @@ class Hemisphere:
         from trivet.study.families import hemisphere_of
 
         return hemisphere_of(machine, self.steps, *self.lengths())
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """How a measurement is set beside a machine."""
+
+    points: Annotated[
+        str, typer.Option("--points", help="Where the measured points lie on the machine: a set-up file.", metavar="FILE.toml")
+    ]
+    fit: Annotated[
+        str | None, typer.Option("--fit", help="Modes fitted to them, as measure fit --data writes them.", metavar="FILE.nc")
+    ] = None
+    lowest: Annotated[
+        str | None,
+        typer.Option("--from", help="Lowest frequency that counts; all that were measured by default.", metavar="FREQUENCY"),
+    ] = None
+    highest: Annotated[str | None, typer.Option("--to", help="Highest frequency that counts.", metavar="FREQUENCY")] = None
+    loss_factor: Annotated[
+        float, typer.Option("--loss-factor", help="Of all parts that have none of their own; twice the damping ratio.")
+    ] = 0.02
+
+    def ends(self) -> tuple[float | None, float | None]:
+        """Lowest and highest frequency (Hz)."""
+        return o.quantity("--from", self.lowest, "frequency", "Hz"), o.quantity("--to", self.highest, "frequency", "Hz")
+
+    def setup(self) -> Setup:
+        """Where the points lie."""
+        from trivet.measure.setup import read_setup
+
+        return read_setup(self.points)
+
+    def modes(self) -> FittedModes | None:
+        """The fitted modes, where there are any."""
+        from trivet.measure.fitted import read_fitted
+
+        return None if self.fit is None else read_fitted(self.fit)
 
 
 @dataclass(frozen=True)

@@ -7,29 +7,15 @@ from typing import Annotated
 
 import typer
 
-from trivet.cli import options as o
 from trivet.cli import output
-from trivet.cli.groups import Choice, DataOutput, Model
+from trivet.cli.groups import Choice, DataOutput, Measurement, Model
 
 
 def run(
     *,
     measured: Annotated[str, typer.Argument(help="Measured responses: .nc, .csv, or a universal file.", metavar="MEASURED")],
     choice: Choice,
-    points: Annotated[
-        str, typer.Option("--points", help="Where the measured points lie on the machine: a set-up file.", metavar="FILE.toml")
-    ],
-    fit: Annotated[
-        str | None, typer.Option("--fit", help="Modes fitted to them, as measure fit --data writes them.", metavar="FILE.nc")
-    ] = None,
-    lowest: Annotated[
-        str | None,
-        typer.Option("--from", help="Lowest frequency that counts; all that were measured by default.", metavar="FREQUENCY"),
-    ] = None,
-    highest: Annotated[str | None, typer.Option("--to", help="Highest frequency that counts.", metavar="FREQUENCY")] = None,
-    loss_factor: Annotated[
-        float, typer.Option("--loss-factor", help="Of all parts that have none of their own; twice the damping ratio.")
-    ] = 0.02,
+    test: Measurement,
     entry: Annotated[
         list[str] | None,
         typer.Option(
@@ -47,11 +33,9 @@ def run(
     from trivet.cli.views import correlation as view
     from trivet.errors import InputError
     from trivet.measure.files import read_functions
-    from trivet.measure.fitted import read_fitted
-    from trivet.measure.setup import read_setup
     from trivet.study.correlate import MappedPoints, ShownCorrelation, correlate
 
-    low, high = (o.quantity(name, text, "frequency", "Hz") for name, text in (("--from", lowest), ("--to", highest)))
+    low, high = test.ends()
     if entry and not out.figure:
         raise InputError("--entry: chooses what is drawn; give --figure as well")
     out.check()
@@ -60,11 +44,11 @@ def run(
     for path in where or []:
         if os.path.realpath(path) in taken:
             raise InputError(f"{path}: given twice")
-    chosen, setup = choice.load(model), read_setup(points)
+    chosen, setup = choice.load(model), test.setup()
     with output.busy("reading and comparing", out.as_json):
         functions = read_functions(measured).between(0.0 if low is None else low, float("inf") if high is None else high)
-        fitted = None if fit is None else read_fitted(fit)
-        found = correlate(chosen, setup, functions, fitted, loss_factor=loss_factor)
+        fitted = test.modes()
+        found = correlate(chosen, setup, functions, fitted, loss_factor=test.loss_factor)
     shown = ShownCorrelation(found, tuple(found.numbers(entry)) if entry else None)
     output.draw(MappedPoints(found.placed, functions), where or [], out.overwrite)
     out.give(shown, view)

@@ -8,7 +8,7 @@ import typer
 
 from trivet.cli import options as o
 from trivet.cli import output
-from trivet.cli.groups import Choice, DataOutput, Model
+from trivet.cli.groups import Choice, DataOutput, Measurement, Model
 
 if TYPE_CHECKING:
     from trivet.measure.parameters import Free, Number
@@ -20,9 +20,7 @@ def run(
     *,
     measured: Annotated[str, typer.Argument(help="Measured responses: .nc, .csv, or a universal file.", metavar="MEASURED")],
     choice: Choice,
-    points: Annotated[
-        str, typer.Option("--points", help="Where the measured points lie on the machine: a set-up file.", metavar="FILE.toml")
-    ],
+    test: Measurement,
     free: Annotated[
         list[str],
         typer.Option(
@@ -40,21 +38,10 @@ def run(
             metavar="KEY=LOW,HIGH",
         ),
     ] = None,
-    fit: Annotated[
-        str | None, typer.Option("--fit", help="Modes fitted to them, as measure fit --data writes them.", metavar="FILE.nc")
-    ] = None,
-    lowest: Annotated[
-        str | None,
-        typer.Option("--from", help="Lowest frequency that counts; all that were measured by default.", metavar="FREQUENCY"),
-    ] = None,
-    highest: Annotated[str | None, typer.Option("--to", help="Highest frequency that counts.", metavar="FREQUENCY")] = None,
     hold: Annotated[
         str | None,
         typer.Option("--hold", help="Points whose functions are compared, and not fitted, as in '3,4'.", metavar="POINTS"),
     ] = None,
-    loss_factor: Annotated[
-        float, typer.Option("--loss-factor", help="Of all parts that have none of their own; twice the damping ratio.")
-    ] = 0.02,
     further: Annotated[bool, typer.Option("--next", help="Tell where to measure next.")] = False,
     write: Annotated[
         str | None,
@@ -66,19 +53,17 @@ def run(
     """Numbers of a machine corrected by measured responses: what they become, how sure they are, what cannot be told apart."""
     from trivet.cli.views import update as view
     from trivet.measure.files import read_functions
-    from trivet.measure.fitted import read_fitted
-    from trivet.measure.setup import read_setup
     from trivet.study.update import update
 
-    low, high = (o.quantity(name, text, "frequency", "Hz") for name, text in (("--from", lowest), ("--to", highest)))
+    low, high = test.ends()
     out.check()
-    chosen, setup = choice.load(model), read_setup(points)
-    wanted = _free(chosen, free, bounds or [], loss_factor)
+    chosen, setup = choice.load(model), test.setup()
+    wanted = _free(chosen, free, bounds or [], test.loss_factor)
     if write is not None:
         from trivet.files import check_writable
 
         check_writable(write, overwrite=out.overwrite)
-    functions, fitted = read_functions(measured), None if fit is None else read_fitted(fit)
+    functions, fitted = read_functions(measured), test.modes()
     with output.progress(out.as_json, "times the machine") as advance:
         found = update(
             chosen,
@@ -89,7 +74,7 @@ def run(
             low=low,
             high=high,
             hold=[point.strip() for point in hold.split(",")] if hold else (),
-            loss_factor=loss_factor,
+            loss_factor=test.loss_factor,
             progress=lambda count: advance("correcting", count),
         )
     if further:
