@@ -15,10 +15,10 @@ from benchmarks.kernels import Row
 from benchmarks.pairs import paired
 from benchmarks.vibration import faster
 from tests.synthetic_modes import Truth, functions, noisy
-from trivet.measure.fitting import fit_modes, matrix_of
-from trivet.measure.least_squares_complex import estimate
-from trivet.measure.residues import Modes, shapes_of
-from trivet.measure.stabilisation import nearest, stabilisation
+from trivet.measure.modal.fitting import fit_modes, matrix_of
+from trivet.measure.modal.least_squares_complex import estimate
+from trivet.measure.modal.residues import Modes, shapes_of
+from trivet.measure.modal.stabilisation import nearest, stabilisation
 
 LOW, HIGH, ORDER, OUTPUTS, LINES = 20.0, 1000.0, 60, 30, 2001
 TRUTH = Truth.of(

@@ -20,11 +20,11 @@ from trivet.errors import InputError
 from trivet.measure import correlation as alike
 from trivet.measure.channels import written
 from trivet.measure.correlation import ModeSet
-from trivet.measure.files import save_functions
-from trivet.measure.fitted import FittedModes
+from trivet.measure.files.by_suffix import save_functions
 from trivet.measure.functions import Channel, Functions
-from trivet.measure.predicted import predicted
-from trivet.measure.setup import Axes, Setup, Spot, placed, read_setup
+from trivet.measure.machine.predicted import predicted
+from trivet.measure.machine.setup import Axes, Setup, Spot, placed, read_setup
+from trivet.measure.modal.fitted import FittedModes
 from trivet.show import correlation as drawn
 from trivet.show.measured_points import draw_points, points_scene
 from trivet.study.correlate import Correlation, MappedPoints, ShownCorrelation, correlate, distances

@@ -19,9 +19,9 @@ from hypothesis import strategies as st
 from trivet.errors import InputError
 from trivet.measure import checking
 from trivet.measure.channels import channel_of, factor_of, unit_of, written
-from trivet.measure.files import read_functions, save_functions
-from trivet.measure.fitted import read_fitted
+from trivet.measure.files.by_suffix import read_functions, save_functions
 from trivet.measure.functions import MOTIONS, Channel, Functions
+from trivet.measure.modal.fitted import read_fitted
 
 SUFFIXES = (".nc", ".csv")
 Z, X, RX = (0.0, 0.0, 1.0), (-1.0, 0.0, 0.0), (1.0, 0.0, 0.0)

@@ -13,9 +13,9 @@ import pytest
 import xarray as xr
 from synthetic_modes import Truth, functions, noisy
 
-from trivet.measure.files import save_functions
-from trivet.measure.fitting import fit_modes
-from trivet.measure.modal_model import ModalFit
+from trivet.measure.files.by_suffix import save_functions
+from trivet.measure.modal.fitting import fit_modes
+from trivet.measure.modal.model import ModalFit
 from trivet.show.modal_fit import kinds, shown, total
 
 TRUTH = Truth.of((100, 100, 180, 250), (0.01, 0.01, 0.02, 0.01), 4, seed=2)

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import trivet as t
-from trivet.measure.files import read_functions
+from trivet.measure.files.by_suffix import read_functions
+from trivet.measure.files.several import import_files
 from trivet.measure.functions import Channel, Functions
-from trivet.measure.importing import import_files
-from trivet.measure.universal import read_universal
-from trivet.measure.universal_modes import MeasuredMode
-from trivet.measure.universal_write import write_universal
+from trivet.measure.universal.modes import MeasuredMode
+from trivet.measure.universal.reading import read_universal
+from trivet.measure.universal.writing import write_universal
 from trivet.show import measured as drawn
 
 AXES = np.eye(3).tolist()

@@ -14,17 +14,17 @@ from scipy.stats import chi2
 from synthetic_modes import Kind, Truth, functions, matched, noisy
 
 from trivet.errors import InputError, NoResultError
-from trivet.measure import fitting
-from trivet.measure.coincidence import apart, joined
-from trivet.measure.fitting import fit_modes, matrix_of
 from trivet.measure.functions import Channel, Functions
-from trivet.measure.least_squares_complex import OrderPoles, estimate, normal_equations
-from trivet.measure.maximum_likelihood import covariance, directions, information, leverage, moved, projected, refine
-from trivet.measure.modal_model import ModalFit
-from trivet.measure.noise import estimated
-from trivet.measure.refinement import _missing, settled
-from trivet.measure.residues import Band, Modes, shapes_of, synthesised
-from trivet.measure.stabilisation import automatic, nearest, stabilisation
+from trivet.measure.modal import fitting
+from trivet.measure.modal.coincidence import apart, joined
+from trivet.measure.modal.fitting import fit_modes, matrix_of
+from trivet.measure.modal.least_squares_complex import OrderPoles, estimate, normal_equations
+from trivet.measure.modal.maximum_likelihood import covariance, directions, information, leverage, moved, projected, refine
+from trivet.measure.modal.model import ModalFit
+from trivet.measure.modal.noise import estimated
+from trivet.measure.modal.refinement import _missing, settled
+from trivet.measure.modal.residues import Band, Modes, shapes_of, synthesised
+from trivet.measure.modal.stabilisation import automatic, nearest, stabilisation
 
 LINES = np.linspace(20.0, 600.0, 581)
 PAIRS = Truth.of((100, 100, 150, 300, 301, 450), (0.01, 0.01, 0.02, 0.01, 0.012, 0.005), 6)

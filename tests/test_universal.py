@@ -15,15 +15,15 @@ from documents import message_of
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trivet.measure.files import read_functions, save_functions
+from trivet.measure.files.by_suffix import read_functions, save_functions
+from trivet.measure.files.several import import_files
 from trivet.measure.functions import Channel, Functions
-from trivet.measure.importing import import_files
-from trivet.measure.universal import read_modes, read_universal
-from trivet.measure.universal_axis import even_axis, first_difference, is_even
-from trivet.measure.universal_modes import MeasuredMode
-from trivet.measure.universal_parse import parse
-from trivet.measure.universal_scan import LARGEST, scan
-from trivet.measure.universal_write import write_universal
+from trivet.measure.universal.axis import even_axis, first_difference, is_even
+from trivet.measure.universal.modes import MeasuredMode
+from trivet.measure.universal.parse import parse
+from trivet.measure.universal.reading import read_modes, read_universal
+from trivet.measure.universal.scan import LARGEST, scan
+from trivet.measure.universal.writing import write_universal
 
 N = 23
 F = 0.25 * np.arange(4, 4 + N)

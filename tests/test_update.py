@@ -18,15 +18,15 @@ from measured_machine import SENSORS, Joints, hammer_test, modes_of_solids
 
 from trivet.cli.views.update import tables
 from trivet.errors import InputError
-from trivet.measure.files import save_functions
-from trivet.measure.fitted import FittedModes
-from trivet.measure.fitting import fit_modes
+from trivet.measure.correction.identifiability import told
+from trivet.measure.correction.updating import _huber, alike_over, robust_spread
+from trivet.measure.files.by_suffix import save_functions
 from trivet.measure.functions import Channel, Functions
-from trivet.measure.identifiability import told
-from trivet.measure.parameters import Free, parameters
-from trivet.measure.predicted import Model, predicted
-from trivet.measure.setup import Axes, Placed, Setup, Spot, placed, read_setup
-from trivet.measure.updating import _huber, alike_over, robust_spread
+from trivet.measure.machine.parameters import Free, parameters
+from trivet.measure.machine.predicted import Model, predicted
+from trivet.measure.machine.setup import Axes, Placed, Setup, Spot, placed, read_setup
+from trivet.measure.modal.fitted import FittedModes
+from trivet.measure.modal.fitting import fit_modes
 from trivet.model import Machine, load, write
 from trivet.study.update import Update, _divided, update
 

@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     from trivet.interop.mjcf import to_mjcf, write_mjcf
     from trivet.interop.urdf import to_urdf, write_urdf
     from trivet.kinematics.forward import Forward
-    from trivet.measure.files import read_functions, save_functions
-    from trivet.measure.fitting import fit_modes
-    from trivet.measure.importing import import_files
-    from trivet.measure.modal_model import ModalFit
-    from trivet.measure.parameters import Free
-    from trivet.measure.setup import read_setup
-    from trivet.measure.universal import read_universal
-    from trivet.measure.universal_write import write_universal
+    from trivet.measure.files.by_suffix import read_functions, save_functions
+    from trivet.measure.files.several import import_files
+    from trivet.measure.machine.parameters import Free
+    from trivet.measure.machine.setup import read_setup
+    from trivet.measure.modal.fitting import fit_modes
+    from trivet.measure.modal.model import ModalFit
+    from trivet.measure.universal.reading import read_universal
+    from trivet.measure.universal.writing import write_universal
     from trivet.model import Machine, catalogue, dimensions, load, parse, schema, to_text, write
     from trivet.show.figure import figure
     from trivet.space.curve import Limits, Trajectory, circle, straight, through, timed
@@ -81,14 +81,14 @@ _HOMES = {
     "trivet.interop.mjcf": ("to_mjcf", "write_mjcf"),
     "trivet.interop.urdf": ("to_urdf", "write_urdf"),
     "trivet.kinematics.forward": ("Forward",),
-    "trivet.measure.files": ("read_functions", "save_functions"),
-    "trivet.measure.fitting": ("fit_modes",),
-    "trivet.measure.importing": ("import_files",),
-    "trivet.measure.modal_model": ("ModalFit",),
-    "trivet.measure.parameters": ("Free",),
-    "trivet.measure.setup": ("read_setup",),
-    "trivet.measure.universal": ("read_universal",),
-    "trivet.measure.universal_write": ("write_universal",),
+    "trivet.measure.files.by_suffix": ("read_functions", "save_functions"),
+    "trivet.measure.modal.fitting": ("fit_modes",),
+    "trivet.measure.files.several": ("import_files",),
+    "trivet.measure.modal.model": ("ModalFit",),
+    "trivet.measure.machine.parameters": ("Free",),
+    "trivet.measure.machine.setup": ("read_setup",),
+    "trivet.measure.universal.reading": ("read_universal",),
+    "trivet.measure.universal.writing": ("write_universal",),
     "trivet.model": ("Machine", "catalogue", "dimensions", "load", "parse", "schema", "to_text", "write"),
     "trivet.show.figure": ("figure",),
     "trivet.space.curve": ("Limits", "Trajectory", "circle", "straight", "through", "timed"),

@@ -13,8 +13,8 @@ from trivet.cli import options as o
 from trivet.cli import output
 
 if TYPE_CHECKING:
-    from trivet.measure.fitted import FittedModes
-    from trivet.measure.setup import Setup
+    from trivet.measure.machine.setup import Setup
+    from trivet.measure.modal.fitted import FittedModes
     from trivet.model import Machine
     from trivet.space.family import Family
     from trivet.space.frame import Frame
@@ -203,13 +203,13 @@ class Measurement:
 
     def setup(self) -> Setup:
         """Where the points lie."""
-        from trivet.measure.setup import read_setup
+        from trivet.measure.machine.setup import read_setup
 
         return read_setup(self.points)
 
     def modes(self) -> FittedModes | None:
         """The fitted modes, where there are any."""
-        from trivet.measure.fitted import read_fitted
+        from trivet.measure.modal.fitted import read_fitted
 
         return None if self.fit is None else read_fitted(self.fit)
 

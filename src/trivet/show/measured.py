@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from trivet.files import replacing
-from trivet.measure.universal_join import Imported
+from trivet.measure.universal.join import Imported
 from trivet.show.maps import check_suffix
 
 FEW = 6

@@ -10,7 +10,7 @@ import numpy as np
 
 from trivet.files import replacing
 from trivet.measure.functions import Channel, Functions
-from trivet.measure.setup import Placed, Site
+from trivet.measure.machine.setup import Placed, Site
 from trivet.show import shapes
 from trivet.show.drawing import title_lines
 from trivet.show.maps import check_suffix

@@ -11,7 +11,7 @@ import numpy as np
 
 from trivet.files import replacing
 from trivet.measure.channels import unit_of
-from trivet.measure.modal_model import ModalFit, driving_points
+from trivet.measure.modal.model import ModalFit, driving_points
 from trivet.show.maps import check_suffix
 from trivet.show.palette import BLUE, GREEN, ORANGE, VERMILLION
 

@@ -13,11 +13,11 @@ import numpy as np
 from trivet.errors import InputError, nearest
 from trivet.measure import correlation as alike
 from trivet.measure.correlation import ModeSet, Pair
-from trivet.measure.fitted import FittedModes
 from trivet.measure.functions import Channel, Functions
-from trivet.measure.model_modes import modes_of
-from trivet.measure.predicted import predicted
-from trivet.measure.setup import Placed, Setup, placed
+from trivet.measure.machine.modes import modes_of
+from trivet.measure.machine.predicted import predicted
+from trivet.measure.machine.setup import Placed, Setup, placed
+from trivet.measure.modal.fitted import FittedModes
 from trivet.study.machines import MachineLike, choose
 
 

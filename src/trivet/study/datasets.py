@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trivet.kinematics.report import OK, STATUS_WORDS, joint_names
-from trivet.measure.files import save_functions
-from trivet.measure.modal_model import ModalFit
-from trivet.measure.universal_join import Imported
+from trivet.measure.files.by_suffix import save_functions
+from trivet.measure.modal.model import ModalFit
+from trivet.measure.universal.join import Imported
 from trivet.results.netcdf import COMPONENTS, labelled, write_groups, write_netcdf
 from trivet.study.atlas import Atlas
 from trivet.study.atlas_datasets import atlas_dataset

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trivet.measure.channels import written
-from trivet.measure.modal_model import CONFIDENCE, ModalFit
+from trivet.measure.modal.model import CONFIDENCE, ModalFit
 from trivet.results.netcdf import described
 
 if TYPE_CHECKING:

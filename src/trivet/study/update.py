@@ -13,15 +13,15 @@ import jax
 import numpy as np
 
 from trivet.errors import InputError, nearest
+from trivet.measure.correction.identifiability import NextPoint, Told, next_points, told
+from trivet.measure.correction.updating import Problem, Updated, updated
 from trivet.measure.correlation import assigned, faac, frac
-from trivet.measure.fitted import FittedModes
 from trivet.measure.functions import Functions
-from trivet.measure.identifiability import NextPoint, Told, next_points, told
-from trivet.measure.model_modes import ModelModes, modes_of
-from trivet.measure.parameters import Free, parameters
-from trivet.measure.predicted import Model, predicted
-from trivet.measure.setup import Placed, Setup, placed
-from trivet.measure.updating import Problem, Updated, updated
+from trivet.measure.machine.modes import ModelModes, modes_of
+from trivet.measure.machine.parameters import Free, parameters
+from trivet.measure.machine.predicted import Model, predicted
+from trivet.measure.machine.setup import Placed, Setup, placed
+from trivet.measure.modal.fitted import FittedModes
 from trivet.model import Machine
 from trivet.model.machine import Note
 from trivet.model.paths import join, leaves

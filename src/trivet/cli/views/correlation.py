@@ -12,7 +12,7 @@ from trivet.cli.views.layout import table, where
 from trivet.cli.views.si import finite, pose_keys
 from trivet.kinematics.mode import mode_text
 from trivet.measure.functions import Channel
-from trivet.measure.setup import Placed, Site
+from trivet.measure.machine.setup import Placed, Site
 from trivet.space.pose import zyz_angles
 from trivet.study.correlate import Correlation, ModesBeside, ShownCorrelation, distances
 

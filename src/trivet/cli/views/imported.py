@@ -10,7 +10,7 @@ import numpy as np
 from trivet.cli.views.layout import table
 from trivet.cli.views.si import finite
 from trivet.measure.functions import Channel
-from trivet.measure.universal_join import Imported
+from trivet.measure.universal.join import Imported
 
 ROWS = 40
 """Of a table, at most."""

@@ -11,7 +11,7 @@ import numpy as np
 from trivet.cli.views.layout import table
 from trivet.cli.views.si import finite
 from trivet.measure.channels import written
-from trivet.measure.modal_model import CONFIDENCE, ModalFit
+from trivet.measure.modal.model import CONFIDENCE, ModalFit
 
 FUNCTIONS = 12
 """Of the table of functions, the worst first."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from trivet.cli.views.layout import table
 from trivet.cli.views.si import finite
-from trivet.measure.identifiability import Direction, NextPoint
+from trivet.measure.correction.identifiability import Direction, NextPoint
 from trivet.model.quantity import Quantity
 from trivet.study.update import Compared, Update
 

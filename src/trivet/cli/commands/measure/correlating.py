@@ -32,7 +32,7 @@ def run(
     """How alike measured responses and those of a machine are: FRAC and FAAC, CSAC and CSF, modes by MAC."""
     from trivet.cli.views import correlation as view
     from trivet.errors import InputError
-    from trivet.measure.files import read_functions
+    from trivet.measure.files.by_suffix import read_functions
     from trivet.study.correlate import MappedPoints, ShownCorrelation, correlate
 
     low, high = test.ends()

@@ -31,8 +31,8 @@ def run(
 ) -> None:
     """Modes of measured responses: frequencies and dampings with intervals, shapes, participation."""
     from trivet.cli.views import modal_fit as view
-    from trivet.measure.files import read_functions
-    from trivet.measure.fitting import fit_modes
+    from trivet.measure.files.by_suffix import read_functions
+    from trivet.measure.modal.fitting import fit_modes
 
     ends = [o.quantity(name, text, "frequency", "Hz", True) for name, text in (("--from", low), ("--to", high))]
     wanted = None if poles is None else _frequencies(poles)

@@ -35,9 +35,9 @@ def run(
     from trivet.cli.views import imported as view
     from trivet.errors import InputError
     from trivet.files import check_writable
-    from trivet.measure.importing import import_files
-    from trivet.measure.universal import SUFFIXES
-    from trivet.measure.universal_write import write_universal
+    from trivet.measure.files.several import import_files
+    from trivet.measure.universal.reading import SUFFIXES
+    from trivet.measure.universal.writing import write_universal
 
     if write is None and binary:
         raise InputError("--binary: is for the file of --write, which is missing")

@@ -11,7 +11,7 @@ from trivet.cli import output
 from trivet.cli.groups import Choice, DataOutput, Measurement, Model
 
 if TYPE_CHECKING:
-    from trivet.measure.parameters import Free, Number
+    from trivet.measure.machine.parameters import Free, Number
     from trivet.model import Machine
     from trivet.model.quantity import Quantity
 
@@ -52,7 +52,7 @@ def run(
 ) -> None:
     """Numbers of a machine corrected by measured responses: what they become, how sure they are, what cannot be told apart."""
     from trivet.cli.views import update as view
-    from trivet.measure.files import read_functions
+    from trivet.measure.files.by_suffix import read_functions
     from trivet.study.update import update
 
     low, high = test.ends()
@@ -91,7 +91,7 @@ def run(
 def _free(machine: Machine, free: list[str], bounds: list[str], loss_factor: float) -> list[Free]:
     """What is free, from KEY[=SPREAD] and KEY=LOW,HIGH."""
     from trivet.errors import InputError
-    from trivet.measure.parameters import Free, look_up
+    from trivet.measure.machine.parameters import Free, look_up
 
     limits: dict[str, tuple[float, float]] = {}
     for text in bounds:

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import chi2
 
-from trivet.measure.maximum_likelihood import Refined, covariance, directions, information, refine
-from trivet.measure.residues import Band, Modes
+from trivet.measure.modal.maximum_likelihood import Refined, covariance, directions, information, refine
+from trivet.measure.modal.residues import Band, Modes
 
 LEVEL = 0.01
 """Of the test: one double pole in a hundred is taken for two poles."""

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from trivet.measure.functions import Channel
-from trivet.measure.universal_parse import Fields
-from trivet.measure.universal_scan import Block
-from trivet.measure.universal_units import Declared, Scale, metres
+from trivet.measure.universal.parse import Fields
+from trivet.measure.universal.scan import Block
+from trivet.measure.universal.units import Declared, Scale, metres
 
 CARTESIAN, CYLINDRICAL, SPHERICAL = 0, 1, 2
 GLOBAL = (0, 1)

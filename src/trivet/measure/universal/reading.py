@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from trivet.errors import InputError
-from trivet.measure.universal_axis import even_axis
-from trivet.measure.universal_join import COHERENCE, RESPONSE, Coherence, Found, Imported, Measured, Unused, joined
-from trivet.measure.universal_modes import MeasuredMode, mode_of
-from trivet.measure.universal_parse import Fields, function, head, parse, record_of
-from trivet.measure.universal_points import Geometry, geometry
-from trivet.measure.universal_scan import Block, scan
-from trivet.measure.universal_units import Declared, Scale, declared, hertz, unit_of
+from trivet.measure.universal.axis import even_axis
+from trivet.measure.universal.join import COHERENCE, RESPONSE, Coherence, Found, Imported, Measured, Unused, joined
+from trivet.measure.universal.modes import MeasuredMode, mode_of
+from trivet.measure.universal.parse import Fields, function, head, parse, record_of
+from trivet.measure.universal.points import Geometry, geometry
+from trivet.measure.universal.scan import Block, scan
+from trivet.measure.universal.units import Declared, Scale, declared, hertz, unit_of
 
 SUFFIXES = (".unv", ".uff", ".uf", ".u58", ".bunv", ".ufb")
 """Of universal files."""

@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from trivet.measure.correction.updating import FLOOR, Problem, Updated, log_slopes
 from trivet.measure.functions import Channel, Functions, Motion
-from trivet.measure.parameters import Parameters
-from trivet.measure.predicted import Model
-from trivet.measure.setup import ON_PLATFORM, Placed, Site
-from trivet.measure.updating import FLOOR, Problem, Updated, log_slopes
+from trivet.measure.machine.parameters import Parameters
+from trivet.measure.machine.predicted import Model
+from trivet.measure.machine.setup import ON_PLATFORM, Placed, Site
 from trivet.model.elements import Beam, Drivable
 from trivet.statics.assembly import assemble
 from trivet.vibration.places import place_of

@@ -10,10 +10,10 @@ import numpy as np
 from trivet.errors import InputError
 from trivet.measure.checking import check_functions
 from trivet.measure.functions import Channel, Functions
-from trivet.measure.universal_axis import first_difference
-from trivet.measure.universal_modes import MeasuredMode
-from trivet.measure.universal_scan import Block
-from trivet.measure.universal_units import Unit
+from trivet.measure.universal.axis import first_difference
+from trivet.measure.universal.modes import MeasuredMode
+from trivet.measure.universal.scan import Block
+from trivet.measure.universal.units import Unit
 
 RESPONSE, COHERENCE = 4, 6
 """Types of functions that are read."""

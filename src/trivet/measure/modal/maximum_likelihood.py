@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg
 
-from trivet.measure.residues import TAIL, Band, Modes, Shapes, own_map, real_basis, real_map, shapes_of, solved, stacked
+from trivet.measure.modal.residues import TAIL, Band, Modes, Shapes, own_map, real_basis, real_map, shapes_of, solved, stacked
 
 STEPS = 40
 ENOUGH = 1e-3

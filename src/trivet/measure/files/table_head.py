@@ -1,4 +1,4 @@
-"""What stands above the numbers in a table of measured responses (see `measure.table`)."""
+"""What stands above the numbers in a table of measured responses (see `table.py`)."""
 
 from __future__ import annotations
 

@@ -13,10 +13,10 @@ import numpy as np
 from trivet.errors import InputError
 from trivet.files import replacing
 from trivet.measure.functions import Channel, Functions
-from trivet.measure.universal_axis import has_six_digits, is_even
-from trivet.measure.universal_join import COHERENCE, RESPONSE
-from trivet.measure.universal_modes import MeasuredMode
-from trivet.measure.universal_units import LOADS, MOTION_OF, SI
+from trivet.measure.universal.axis import has_six_digits, is_even
+from trivet.measure.universal.join import COHERENCE, RESPONSE
+from trivet.measure.universal.modes import MeasuredMode
+from trivet.measure.universal.units import LOADS, MOTION_OF, SI
 
 Dataset = dict[str, Any]
 

@@ -26,12 +26,12 @@ import scipy.optimize
 
 from trivet.errors import NoResultError
 from trivet.measure.correlation import assigned
-from trivet.measure.fitted import FittedModes
 from trivet.measure.functions import Functions
-from trivet.measure.model_modes import modes_of, poles_of
-from trivet.measure.parameters import Parameters
-from trivet.measure.predicted import Model, Slopes
-from trivet.measure.setup import Placed
+from trivet.measure.machine.modes import modes_of, poles_of
+from trivet.measure.machine.parameters import Parameters
+from trivet.measure.machine.predicted import Model, Slopes
+from trivet.measure.machine.setup import Placed
+from trivet.measure.modal.fitted import FittedModes
 from trivet.model import Machine
 
 FREQUENCY_ERROR = 0.01

@@ -28,8 +28,8 @@ from trivet.errors import InputError, shown
 from trivet.files import check_room, replacing
 from trivet.measure.channels import unit_of, written
 from trivet.measure.checking import check_count
+from trivet.measure.files.table_head import FIRST, KEYS, Column, Head, Rows, read_head
 from trivet.measure.functions import Functions
-from trivet.measure.table_head import FIRST, KEYS, Column, Head, Rows, read_head
 
 LETTERS = 45.0
 """Of a complex number in a table, with its commas, at most."""

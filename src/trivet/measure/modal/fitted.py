@@ -12,8 +12,8 @@ from trivet.errors import InputError
 from trivet.measure.channels import written
 from trivet.measure.checking import check_size
 from trivet.measure.correlation import ModeSet
+from trivet.measure.files.labelled_file import opened
 from trivet.measure.functions import Channel
-from trivet.measure.labelled_file import opened
 
 MOST_MODES = 1000
 MOST_CHANNELS = 10_000

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from trivet.errors import InputError
-from trivet.measure.files import read_functions
+from trivet.measure.files.by_suffix import read_functions
 from trivet.measure.functions import Functions
-from trivet.measure.universal import SUFFIXES, read_universal
-from trivet.measure.universal_axis import first_difference
-from trivet.measure.universal_join import Imported, few
+from trivet.measure.universal.axis import first_difference
+from trivet.measure.universal.join import Imported, few
+from trivet.measure.universal.reading import SUFFIXES, read_universal
 
 
 def import_files(

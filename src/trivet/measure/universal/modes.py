@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trivet.measure.universal_parse import Fields
+from trivet.measure.universal.parse import Fields
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,8 @@ from pydantic_core import PydanticCustomError
 from trivet.errors import InputError, nearest, shown
 from trivet.measure.channels import factor_of, unit_of, written
 from trivet.measure.checking import check_count
+from trivet.measure.files.labelled_file import LabelledFile, opened
 from trivet.measure.functions import MOTIONS, Functions, Motion
-from trivet.measure.labelled_file import LabelledFile, opened
 from trivet.model.quantity import Quantity
 from trivet.results.netcdf import write_netcdf
 

@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from trivet.measure.correlation import ModeSet
-from trivet.measure.fitted import units
 from trivet.measure.functions import Channel
-from trivet.measure.parameters import Parameters
-from trivet.measure.predicted import STEP, with_sites
-from trivet.measure.setup import Placed
+from trivet.measure.machine.parameters import Parameters
+from trivet.measure.machine.predicted import STEP, with_sites
+from trivet.measure.machine.setup import Placed
+from trivet.measure.modal.fitted import units
 from trivet.model import Machine
 from trivet.vibration.exact import pieces
 from trivet.vibration.mesh import Mesh, mesh

@@ -10,8 +10,8 @@ from pydantic_core import PydanticCustomError
 
 from trivet.errors import InputError, shown
 from trivet.measure.functions import MOTIONS, Motion
-from trivet.measure.universal_parse import Fields
-from trivet.measure.universal_scan import Block
+from trivet.measure.universal.parse import Fields
+from trivet.measure.universal.scan import Block
 from trivet.model.quantity import Quantity
 
 MOTION_OF: dict[int, Motion] = {8: "displacement", 11: "velocity", 12: "acceleration"}

@@ -15,8 +15,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from trivet.measure.functions import Channel, Functions
-from trivet.measure.parameters import Parameters
-from trivet.measure.setup import ON_PLATFORM, Placed
+from trivet.measure.machine.parameters import Parameters
+from trivet.measure.machine.setup import ON_PLATFORM, Placed
 from trivet.model import Machine
 from trivet.model.mass import platform_mass, point_mass, together
 from trivet.space.frame import Frame

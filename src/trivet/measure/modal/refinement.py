@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trivet.measure.coincidence import joined
-from trivet.measure.maximum_likelihood import (
+from trivet.measure.modal.coincidence import joined
+from trivet.measure.modal.maximum_likelihood import (
     Information,
     Refined,
     covariance,
@@ -22,9 +22,9 @@ from trivet.measure.maximum_likelihood import (
     projected,
     refine,
 )
-from trivet.measure.noise import Noise, estimated
-from trivet.measure.residues import Band, Modes, synthesised
-from trivet.measure.stabilisation import HEAVY
+from trivet.measure.modal.noise import Noise, estimated
+from trivet.measure.modal.residues import Band, Modes, synthesised
+from trivet.measure.modal.stabilisation import HEAVY
 
 ROUNDS, FEW = 12, 2
 """Of noise and modes in turn, at the end and while modes come and go."""

@@ -9,12 +9,12 @@ import numpy as np
 
 from trivet.errors import InputError, NoResultError
 from trivet.measure.functions import Channel, Functions
-from trivet.measure.least_squares_complex import estimate
-from trivet.measure.maximum_likelihood import covariance, directions, information
-from trivet.measure.modal_model import ModalFit, deviations
-from trivet.measure.refinement import most_likely
-from trivet.measure.residues import Band, Modes
-from trivet.measure.stabilisation import Chosen, Stabilisation, automatic, nearest, stabilisation
+from trivet.measure.modal.least_squares_complex import estimate
+from trivet.measure.modal.maximum_likelihood import covariance, directions, information
+from trivet.measure.modal.model import ModalFit, deviations
+from trivet.measure.modal.refinement import most_likely
+from trivet.measure.modal.residues import Band, Modes
+from trivet.measure.modal.stabilisation import Chosen, Stabilisation, automatic, nearest, stabilisation
 
 POLES = 80
 """In the highest model, unless an order is given: those of all references together."""

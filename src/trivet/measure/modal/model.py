@@ -14,9 +14,9 @@ from scipy.stats import t as student
 
 from trivet.measure.correlation import frac
 from trivet.measure.functions import MOTIONS, Channel, Functions
-from trivet.measure.noise import Noise
-from trivet.measure.residues import Band, Modes, Shapes, synthesised
-from trivet.measure.stabilisation import HEAVY, IN_FREQUENCY, Stabilisation
+from trivet.measure.modal.noise import Noise
+from trivet.measure.modal.residues import Band, Modes, Shapes, synthesised
+from trivet.measure.modal.stabilisation import HEAVY, IN_FREQUENCY, Stabilisation
 
 CONFIDENCE = 0.95
 ALONG = 1e-6

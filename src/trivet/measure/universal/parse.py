@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from trivet.errors import shown
-from trivet.measure.universal_scan import HEAD, Block, Form, form_of
+from trivet.measure.universal.scan import HEAD, Block, Form, form_of
 
 Fields = dict[str, Any]
 """A dataset as pyuff gives it."""

@@ -8,14 +8,14 @@ from pathlib import Path
 from trivet.errors import InputError
 from trivet.measure.checking import check_functions, check_size
 from trivet.measure.functions import Functions
-from trivet.measure.universal import SUFFIXES, read_universal
+from trivet.measure.universal.reading import SUFFIXES, read_universal
 
 READ = (".nc", ".csv", *SUFFIXES)
 WRITTEN = (".nc", ".csv")
 
 
 def read_functions(path: str | os.PathLike[str]) -> Functions:
-    """Read a file of measured responses: .nc (see `measure.labelled`), .csv (see `measure.table`), or a universal file.
+    """Read a file of measured responses: .nc (see `labelled.py`), .csv (see `table.py`), or a universal file.
 
     Raises:
         InputError: for another suffix, a file that cannot be read or is too large, or one that holds no measured responses;
@@ -26,9 +26,9 @@ def read_functions(path: str | os.PathLike[str]) -> Functions:
         return read_universal(path).functions
     check_size(path)
     if suffix == ".nc":
-        from trivet.measure.labelled import read_labelled as read
+        from trivet.measure.files.labelled import read_labelled as read
     else:
-        from trivet.measure.table import read_table as read
+        from trivet.measure.files.table import read_table as read
     found = read(path)
     check_functions(found, os.fspath(path))
     return found
@@ -49,9 +49,9 @@ def save_functions(functions: Functions, path: str | os.PathLike[str], overwrite
     suffix = _suffix(path, WRITTEN)
     check_functions(functions, f"{os.fspath(path)}: cannot be written")
     if suffix == ".nc":
-        from trivet.measure.labelled import write_labelled as write
+        from trivet.measure.files.labelled import write_labelled as write
     else:
-        from trivet.measure.table import write_table as write
+        from trivet.measure.files.table import write_table as write
     write(functions, path, overwrite=overwrite)
 
 

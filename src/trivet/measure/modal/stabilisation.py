@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from trivet.measure.least_squares_complex import OrderPoles
+from trivet.measure.modal.least_squares_complex import OrderPoles
 
 IN_FREQUENCY, IN_DAMPING = 0.01, 0.2
 """A pole is that of the order below within these relative differences of frequency and damping."""

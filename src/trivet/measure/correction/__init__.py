@@ -1,0 +1,1 @@
+"""Numbers of a machine corrected by what was measured, and what is told of them."""

@@ -1,0 +1,1 @@
+"""How measured responses stand in files: NetCDF and tables; any of them by its suffix."""

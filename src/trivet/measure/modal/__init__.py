@@ -1,0 +1,1 @@
+"""Modes of measured responses, with intervals."""

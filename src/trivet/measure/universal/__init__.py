@@ -1,0 +1,1 @@
+"""Universal files: datasets 15, 55, 58, 151, 164, 2411, 2420."""
