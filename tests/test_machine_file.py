@@ -277,6 +277,9 @@ def test_a_file_that_may_not_be_read(tmp_path: Path) -> None:
     [
         ("radius", "1 mm", ("azulay: radius: ambiguous; it could be chains.leg.elements.guide.radius or",)),
         ("link.lenght", "1 mm", ("azulay: link.lenght: no such key in this machine; did you mean 'link.length'",)),
+        ("guide.bearing.q", "1 N/um", ("azulay: guide.bearing.q: no such key in this machine; did you mean 'guide.bearing.",)),
+        ("gide.bearing.z", "1 N/um", ("azulay: gide.bearing.z: no such key in this machine; did you mean 'guide.bearing.z'",)),
+        ("guide.friction.z", "1", ("azulay: guide.friction.z: no such key in this machine",)),
         ("", "1 mm", ("azulay: : unknown key",)),
         ("home.elevation", "1 deg", ("azulay: home.elevation: unknown key",)),
         ("link.length", "1 kg", ("azulay: chains.leg.elements.link.length: \"1 kg\": 'kg' is not a unit of length",)),
@@ -293,6 +296,14 @@ def test_bad_settings_are_refused(path: str, value: str, fragments: tuple[str, .
 @pytest.mark.parametrize("path", ["link.length", "leg.link.length", "chains.leg.elements.link.length", "elements.link.length"])
 def test_abbreviated_settings(path: str) -> None:
     assert dimensions(load("azulay", {path: "20 cm"}))["chains.leg.elements.link.length"] == 0.2
+
+
+@pytest.mark.parametrize("path", ["guide.bearing.z", "chains.leg.elements.guide.bearing.z"])
+def test_a_setting_may_add_a_table_that_is_not_there(path: str) -> None:
+    machine = load("azulay", {path: "2.4 N/um", "guide.bearing.ry": "3e4 N m/rad"})
+    found = dimensions(machine)
+    assert found["chains.leg.elements.guide.bearing.z"] == 2.4e6
+    assert found["chains.leg.elements.guide.bearing.ry"] == 3e4
 
 
 def test_a_setting_may_add_what_is_not_there() -> None:

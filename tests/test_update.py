@@ -322,6 +322,8 @@ def test_the_command(trivet: Run, tmp_path: Path) -> None:
 BAD: list[tuple[list[Any], dict[str, Any], str]] = [
     ([], {}, "nothing is free"),
     ([Free("ball.stifness")], {}, "ball.stifness: no such key"),
+    ([Free("guide.bearing.z")], {}, "guide.bearing.z: has no value in this machine; give it one to start from"),
+    ([Free("guide.bearing.q")], {}, "did you mean 'guide.bearing."),
     ([Free("ball.stiffness"), Free("chains.leg.elements.ball.stiffness")], {}, "named twice"),
     ([Free("home.position.3")], {}, "no factor can change it"),
     ([Free("home.position")], {}, "home.position.1"),

@@ -6,7 +6,7 @@ Any ending, or the full path with segments left out, addresses the same value wh
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import jax
@@ -16,6 +16,7 @@ from trivet.errors import InputError, nearest
 Key = str | int
 
 
+_NONE: Mapping[str, Collection[str]] = {}
 OPEN = ("fixtures", "interference", "workpiece")
 """Tables of a machine that need not be there before something is put into them."""
 
@@ -47,11 +48,11 @@ def leaves(document: Any, keys: tuple[Key, ...] = ()) -> Iterator[tuple[Key, ...
         yield keys
 
 
-def find(document: dict[str, Any], path: str, optional: Container[str] = ()) -> tuple[Key, ...]:
+def find(document: dict[str, Any], path: str, optional: Mapping[str, Collection[str]] = _NONE) -> tuple[Key, ...]:
     """Keys of the one value that a path, or an abbreviation of it, addresses.
 
     A value that the document does not hold yet is addressed by its path in full; or in short, when it is a joint's or a body's
-    and its key one of the `optional` ones.
+    and its key one of the `optional` ones, or one of the keys of the table that such a one is.
     """
     wanted = path.split(".")
     candidates = {join(document, keys): keys for keys in leaves(document)}
@@ -66,12 +67,26 @@ def find(document: dict[str, Any], path: str, optional: Container[str] = ()) -> 
     parent = _parent(document, wanted)
     if parent is not None:
         return parent
-    around = [keys for keys in _members(document) if _abbreviates(wanted[:-1], join(document, keys).split("."))]
-    if len(around) == 1 and wanted[-1] in optional:
-        return (*around[0], wanted[-1])
-    endings = {".".join(full.split(".")[-2:]) for full in candidates} | set(candidates)
-    beside = {ending for ending in endings if ending.split(".")[:-1] == wanted[:-1] != []}
-    raise InputError(f"{path}: no such key in this machine{nearest(path, beside or endings)}")
+    tail = 2 if len(wanted) > 2 and wanted[-1] in optional.get(wanted[-2], ()) else 1
+    members = {join(document, keys): keys for keys in _members(document)}
+    around = [keys for full, keys in members.items() if _abbreviates(wanted[:-tail], full.split("."))]
+    if len(around) == 1 and (tail == 2 or wanted[-1] in optional):
+        return (*around[0], *wanted[-tail:])
+    raise InputError(f"{path}: no such key in this machine{nearest(path, _beside(wanted, candidates, members, optional))}")
+
+
+def _beside(
+    wanted: list[str], candidates: Iterable[str], members: Iterable[str], optional: Mapping[str, Collection[str]]
+) -> set[str]:
+    """What may have been meant by a path that addresses nothing."""
+    tables = [full for full in members if _abbreviates(wanted[:-2], full.split("."))]
+    if len(wanted) > 2 and len(tables) == 1 and optional.get(wanted[-2]):
+        return {".".join((*wanted[:-1], key)) for key in optional[wanted[-2]]}
+    if len(wanted) > 2 and wanted[-1] in optional.get(wanted[-2], ()):
+        return {".".join((full.split(".")[-1], *wanted[-2:])) for full in members}
+    numbers = [full for full in candidates if not full.startswith("about.")]
+    endings = {".".join(full.split(".")[-2:]) for full in numbers} | set(numbers)
+    return {ending for ending in endings if ending.split(".")[:-1] == wanted[:-1] != []} or endings
 
 
 def _members(document: Any, keys: tuple[Key, ...] = ()) -> Iterator[tuple[Key, ...]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 import re
 import tomllib
@@ -16,9 +15,9 @@ from pydantic import ValidationError
 from trivet.errors import InputError, nearest, shown
 from trivet.model.check import check
 from trivet.model.complaint import one_complaint
-from trivet.model.elements import AnyElement
+from trivet.model.elements import KEYS
 from trivet.model.machine import Machine, Status, adapter
-from trivet.model.paths import OPEN, Key, find, join, put
+from trivet.model.paths import Key, find, join, put
 from trivet.model.toml import check_depth, parse_toml, read_bytes
 
 _FILE = "a machine file"
@@ -107,13 +106,12 @@ def _apply(document: dict[str, Any], settings: Mapping[str, Any]) -> None:
         if isinstance(value, dict) and value and "value" not in value and "." not in path:
             # link.length = … without quotes is a table within a table to TOML
             raise InputError(f'{path}: a table; a key path is written in quotes, "{path}.{next(iter(value))}" = …')
-        keys = find(document, path, _KEYS_OF_ELEMENTS)
-        if keys[0] in OPEN:
-            document.setdefault(str(keys[0]), {})
+        keys = find(document, path, KEYS)
+        table: Any = document
+        for key in keys[:-1]:
+            table = table.setdefault(key, {}) if isinstance(table, dict) else table[key]
         put(document, keys, _as_there(document, keys, value))
 
-
-_KEYS_OF_ELEMENTS = {field.name for kind in get_args(get_args(AnyElement)[0]) for field in dataclasses.fields(kind)}
 
 _LIST = re.compile(r"\s*[-+.\d][^,]*(,\s*[-+.\d][^,]*)+")
 """Numbers, with units or without, and commas between them."""

@@ -18,8 +18,9 @@ import numpy as np
 
 from trivet.errors import InputError, nearest
 from trivet.model import Machine, dimensions
+from trivet.model.elements import KEYS
 from trivet.model.kinds import kinds
-from trivet.model.paths import find, join
+from trivet.model.paths import find, join, leaves
 from trivet.model.quantity import Quantity
 from trivet.model.writing import document_of
 
@@ -147,8 +148,11 @@ def look_up(machine: Machine, path: str, loss_factor: float) -> Number:
     document, known = document_of(machine), dimensions(machine)
     head, _, last = path.rpartition(".")
     is_member = bool(head) and last.isdigit()
-    whole = join(document, find(document, head if is_member else path)) + (f".{last}" if is_member else "")
+    keys = find(document, head if is_member else path, KEYS)
+    whole = join(document, keys) + (f".{last}" if is_member else "")
     if whole not in known:
+        if not is_member and not any(leaf[: len(keys)] == keys for leaf in leaves(document)):
+            raise InputError(f'{path}: has no value in this machine; give it one to start from, such as --set {path}="…"')
         beside = [k for k in known if k.startswith(whole + ".")]
         hint = f"; name one of {', '.join(beside)}" if beside else nearest(path, known)
         raise InputError(f"{path}: is no number of this machine that could change{hint}")
