@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from trivet.kinematics.forward import Forward
     from trivet.measure.files.by_suffix import read_functions, save_functions
     from trivet.measure.files.several import import_files
+    from trivet.measure.functions import Channel, Functions
     from trivet.measure.machine.parameters import Free
     from trivet.measure.machine.setup import read_setup
     from trivet.measure.modal.fitting import fit_modes
@@ -85,6 +86,7 @@ _HOMES = {
     "trivet.measure.modal.fitting": ("fit_modes",),
     "trivet.measure.files.several": ("import_files",),
     "trivet.measure.modal.model": ("ModalFit",),
+    "trivet.measure.functions": ("Channel", "Functions"),
     "trivet.measure.machine.parameters": ("Free",),
     "trivet.measure.machine.setup": ("read_setup",),
     "trivet.measure.universal.reading": ("read_universal",),
@@ -136,21 +138,20 @@ _HOMES = {
 }
 
 __all__ = [
-    "Atlas", "Change", "Comparison", "ConePlan", "Correlation", "Cut", "DynamicComparison", "DynamicsReport", "Family",
-    "Forward", "Free", "FrequencyResponse", "InputError", "Limits", "Loading", "Lobes", "LobesAlong", "LockSets",
-    "LocksAdvised", "Machine", "Minimum", "ModalFit", "ModePaths", "ModesReport", "MotionReport", "NoResultError",
-    "OrientationReport",
-    "Plan", "PlanStudy", "PoseReport", "RedundantPath", "Simulation", "SingularityMap", "SingularityReport", "SolidCheck",
-    "StiffnessMap", "Surface", "TiltReport", "TiltStudy", "Trajectory", "TrivetError", "Update", "WorkspaceReport",
-    "WorkspaceStudy", "advice", "advise_locks", "along", "along_path", "atlas", "catalogue", "circle", "compare",
-    "compare_dynamics", "cone", "correlate", "dimensions", "dynamics_report", "figure", "fit_modes", "forward", "frf",
-    "hemisphere",
-    "import_files", "in_block", "load", "lobes", "lobes_along", "lock_sets", "minimum_dynamic_stiffness", "modes",
-    "modes_along", "motion", "orientation_workspace", "over_hemisphere", "parse", "plan", "plan_along", "plans", "pose",
-    "read_functions", "read_path", "read_setup", "read_universal", "redundant_path", "save", "save_functions",
-    "save_responses", "schema", "simulate", "singularity_map", "singularity_report", "solid_check", "stiffness_map",
-    "straight", "switched", "through", "tilt", "tilts", "timed", "to_calculix", "to_mjcf", "to_text", "to_urdf", "update",
-    "workspace", "workspaces", "write", "write_calculix", "write_mjcf", "write_universal", "write_urdf", "zyz_frame",
+    "Atlas", "Change", "Channel", "Comparison", "ConePlan", "Correlation", "Cut", "DynamicComparison", "DynamicsReport",
+    "Family", "Forward", "Free", "FrequencyResponse", "Functions", "InputError", "Limits", "Loading", "Lobes", "LobesAlong",
+    "LockSets", "LocksAdvised", "Machine", "Minimum", "ModalFit", "ModePaths", "ModesReport", "MotionReport", "NoResultError",
+    "OrientationReport", "Plan", "PlanStudy", "PoseReport", "RedundantPath", "Simulation", "SingularityMap",
+    "SingularityReport", "SolidCheck", "StiffnessMap", "Surface", "TiltReport", "TiltStudy", "Trajectory", "TrivetError",
+    "Update", "WorkspaceReport", "WorkspaceStudy", "advice", "advise_locks", "along", "along_path", "atlas", "catalogue",
+    "circle", "compare", "compare_dynamics", "cone", "correlate", "dimensions", "dynamics_report", "figure", "fit_modes",
+    "forward", "frf", "hemisphere", "import_files", "in_block", "load", "lobes", "lobes_along", "lock_sets",
+    "minimum_dynamic_stiffness", "modes", "modes_along", "motion", "orientation_workspace", "over_hemisphere", "parse", "plan",
+    "plan_along", "plans", "pose", "read_functions", "read_path", "read_setup", "read_universal", "redundant_path", "save",
+    "save_functions", "save_responses", "schema", "simulate", "singularity_map", "singularity_report", "solid_check",
+    "stiffness_map", "straight", "switched", "through", "tilt", "tilts", "timed", "to_calculix", "to_mjcf", "to_text",
+    "to_urdf", "update", "workspace", "workspaces", "write", "write_calculix", "write_mjcf", "write_universal", "write_urdf",
+    "zyz_frame",
 ]  # fmt: skip
 
 

@@ -47,7 +47,7 @@ def title(result: ModalFit) -> list[str]:
     beyond = f" and {outside} outside the band" if outside else ""
     return [
         result.functions.source or "measured responses",
-        f"{len(result.responses)} responses, {len(result.references)} references; {count} modes{beyond}, "
+        f"responses: {len(result.responses)}, references: {len(result.references)}; modes: {count}{beyond}, "
         f"FRAC {np.nanmean(result.frac):.4f} in the mean",
     ]
 
@@ -101,13 +101,14 @@ def _picture(result: ModalFit, path: Path) -> None:
         3, 2, height_ratios=[5, 3, 3], left=0.075, right=0.935, top=0.89, bottom=0.05, hspace=0.3, wspace=0.22
     )
     _diagram(result, figure.add_subplot(grid[0, :]))
-    for k, one in enumerate(shown(result)):
+    drawn = shown(result)
+    for k, one in enumerate(drawn):
         axes = figure.add_subplot(grid[1 + k // 2, k % 2])
         axes.semilogy(result.functions.frequency, np.abs(one.measured), ".", color=GREY, markersize=2.5, label="measured")
         axes.semilogy(result.functions.frequency, np.abs(one.synthesised), color=VERMILLION, linewidth=1.3, label="synthesised")
         axes.set_title(f"{one.name}, FRAC {one.frac:.4f}", fontsize=11, loc="left")
         axes.set_ylabel(one.unit, fontsize=10)
-        if k > 1:
+        if k + 2 >= len(drawn):
             axes.set_xlabel("frequency, Hz", fontsize=11)
         _plain(axes, result)
         if k == 0:
@@ -169,7 +170,7 @@ def _page(result: ModalFit, path: Path) -> None:
                 hovertemplate=f"%{{x:.2f}} Hz: %{{y:.4g}} {one.unit}<extra>{name}</extra>", **style, **at,
             )  # fmt: skip
         page.update_yaxes(type="log", title_text=one.unit, exponentformat="power", **at)
-        page.update_xaxes(title_text="frequency, Hz" if k > 1 else None, **at)
+        page.update_xaxes(title_text="frequency, Hz" if k + 2 >= len(drawn) else None, **at)
     first, *rest = (html.escape(line) for line in title(result))
     small = "".join(f'<br><span style="font-size:13px">{line}</span>' for line in rest)
     page.update_xaxes(showgrid=True, gridcolor=GRID, range=[float(frequency[0]), float(frequency[-1])])
