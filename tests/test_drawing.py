@@ -99,6 +99,12 @@ def test_closed_form_and_closure_draw_alike(name: str) -> None:
             frame = beyond
 
 
+def test_locked_joints_are_seen() -> None:
+    roles = {s.name.partition(".")[2]: s.role for s in scene(load("rmmt")).shapes if s.role.endswith("joint")}
+    drives = {"guide": "locked joint", "tangential": "actuated joint", "radial": "actuated joint"}
+    assert roles == {**drives, "hinge": "passive joint", "ball": "passive joint"}
+
+
 def test_other_modes_draw_other_links() -> None:
     machine = load("azulay")
     pose = home_pose(machine)

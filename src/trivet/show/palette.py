@@ -15,6 +15,7 @@ ORANGE, VERMILLION, YELLOW, BLACK = "#E69F00", "#D55E00", "#F0E442", "#000000"
 COLOURS: dict[Role, str] = {
     "link": BLUE,
     "actuated joint": ORANGE,
+    "locked joint": "#7A5200",
     "passive joint": GREEN,
     "guide": "#8C8C8C",
     "ground": "#D9D9D9",
@@ -33,7 +34,7 @@ COLOURS: dict[Role, str] = {
 }
 
 LEGEND: tuple[Role, ...] = (
-    "actuated joint", "passive joint", "link", "guide", "platform", "tool", "workpiece", "motion",
+    "actuated joint", "locked joint", "passive joint", "link", "guide", "platform", "tool", "workpiece", "motion",
     "machine", "measured point", "point on the machine", "response", "load",
 )  # fmt: skip
 """What a legend lists, in this order."""

@@ -17,7 +17,7 @@ from trivet.study.plan import Plan
 from trivet.study.roll_grid import degrees_of, frames_of, some
 
 MOST_FRAMES = 60
-BODIES: tuple[Role, ...] = ("ground", "guide", "link", "actuated joint", "passive joint", "platform", "tool")
+BODIES: tuple[Role, ...] = ("ground", "guide", "link", "actuated joint", "locked joint", "passive joint", "platform", "tool")
 _PACE = 60
 """Time that a frame is shown, ms."""
 _LEFT, _WIDTH, _UP = 0.64, 0.36, 0.12

@@ -13,7 +13,18 @@ from trivet.kinematics.singularity import Motion
 from trivet.kinematics.standing import home_pose, stand
 from trivet.kinematics.walk import Coordinate
 from trivet.model import Leg, Machine
-from trivet.model.elements import Beam, Curvilinear, Element, Offset, Prismatic, Profile, Revolute, Spherical, Universal
+from trivet.model.elements import (
+    Beam,
+    Curvilinear,
+    Drivable,
+    Element,
+    Offset,
+    Prismatic,
+    Profile,
+    Revolute,
+    Spherical,
+    Universal,
+)
 from trivet.model.elements.beam import beam_axes
 from trivet.reach.distance import Box, Capsule
 from trivet.reach.scene import shape_in
@@ -114,7 +125,9 @@ def _unit(machine: Machine) -> float:
 
 
 def _role(joint: Element) -> Role:
-    return "actuated joint" if getattr(joint, "actuated", False) else "passive joint"
+    if isinstance(joint, Drivable) and joint.locked is not None:
+        return "locked joint"
+    return "actuated joint" if isinstance(joint, Drivable) and joint.actuated else "passive joint"
 
 
 def _foot(steps: list[Step], unit: float) -> Array:

@@ -14,6 +14,7 @@ Array: TypeAlias = Any
 Role: TypeAlias = Literal[
     "link",
     "actuated joint",
+    "locked joint",
     "passive joint",
     "guide",
     "ground",
