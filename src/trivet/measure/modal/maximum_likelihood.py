@@ -17,7 +17,19 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg
 
-from trivet.measure.modal.residues import TAIL, Band, Modes, Shapes, own_map, real_basis, real_map, shapes_of, solved, stacked
+from trivet.measure.modal.residues import (
+    TAIL,
+    Band,
+    Modes,
+    Shapes,
+    grams,
+    own_map,
+    real_basis,
+    real_map,
+    shapes_of,
+    solved,
+    stacked,
+)
 
 STEPS = 40
 ENOUGH = 1e-3
@@ -122,19 +134,18 @@ def information(band: Band, at: Refined, along: Directions) -> Information:
     modes, count = at.modes, len(at.modes)
     basis = real_basis(band.omega, modes.poles, slopes=True)
     own = _spread(own_map(modes.participation), count)
-    pulls = (stacked(at.rest) * np.tile(at.weight, 2)) @ basis
+    pulls, squares = (stacked(at.rest) * np.tile(at.weight, 2)) @ basis, grams(basis, at.weight)
     size, shared = own.shape[-1], 2 * along.pole.shape[-1]
     matrix, pull = np.zeros((shared, shared)), np.zeros(shared)
-    outputs, references = at.weight.shape[:2]
+    outputs = len(at.weight)
     elimination, blocks = np.empty((outputs, size, shared)), np.empty((outputs, size, size))
     for o in range(outputs):
         moved = _shared_map(along, o)
-        grams = np.stack([(basis.T * np.tile(at.weight[o, i], 2)) @ basis for i in range(references)])
-        owned = np.swapaxes(own, 1, 2) @ grams
+        owned = np.swapaxes(own, 1, 2) @ squares[o]
         blocks[o] = (owned @ own).sum(axis=0)
         across = (owned @ moved).sum(axis=0)
         elimination[o] = solved(blocks[o], across)
-        matrix += np.einsum("ips,ipt->st", moved, grams @ moved) - across.T @ elimination[o]
+        matrix += (np.swapaxes(moved, 1, 2) @ (squares[o] @ moved)).sum(axis=0) - across.T @ elimination[o]
         pull += np.einsum("ips,ip->s", moved, pulls[o]) - elimination[o].T @ np.einsum("ipk,ip->k", own, pulls[o])
     return Information((matrix + matrix.T) / 2, pull, elimination, blocks)
 

@@ -6,6 +6,7 @@ unknown that it brings (Schwarz, Annals of Statistics 6 (1978) 461).
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import NamedTuple
 
@@ -43,6 +44,8 @@ STEPS = 8
 """In which a mode that is tried must show what it is worth."""
 RATIOS = (0.002, 0.01, 0.04)
 """Damping ratios of the modes that are looked for in what is left."""
+BLOCK = 256
+"""Natural frequencies that are tried at once: they bound the memory."""
 
 
 class Settled(NamedTuple):
@@ -187,8 +190,9 @@ def _missing(band: Band, at: Refined) -> list[Modes]:
 def _with_best(band: Band, at: Refined, places: np.ndarray) -> Modes:
     """The modes with the best of those at some natural frequencies, as far as it can be told without moving the others."""
     best: tuple[float, complex, np.ndarray] = (-1.0, 0j, np.zeros(0))
-    for ratio in RATIOS:
-        poles = places * complex(-ratio, math.sqrt(1 - ratio**2))
+    blocks = np.array_split(places, math.ceil(len(places) / BLOCK))
+    for ratio, block in itertools.product(RATIOS, blocks):
+        poles = block * complex(-ratio, math.sqrt(1 - ratio**2))
         shape = 1 / (1j * band.omega[:, None] - poles)
         pull = (at.weight * at.rest) @ shape.conj()
         held = at.weight @ np.abs(shape) ** 2

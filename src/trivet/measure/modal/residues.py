@@ -144,6 +144,15 @@ def own_map(participation: np.ndarray) -> np.ndarray:
     return made
 
 
+def grams(basis: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """(o, i, k, k) products of the columns of a basis (2 n, k), as `real_basis`, with the weights (o, i, n) of every function."""
+    rows = np.ascontiguousarray(basis.T).reshape(basis.shape[1], 2, -1)
+    made = np.empty((*weight.shape[:2], len(rows), len(rows)))
+    for k, row in enumerate(rows):
+        made[..., k, k:] = made[..., k:, k] = weight @ (rows[k:] * row).sum(axis=1).T
+    return made
+
+
 def solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Solution of positive definite equations, scaled to a unit diagonal; unknowns that nothing determines stay zero."""
     size = np.sqrt(np.diagonal(matrix, axis1=-2, axis2=-1))
@@ -164,14 +173,11 @@ def shapes_of(band: Band, modes: Modes, weight: np.ndarray) -> tuple[Shapes, np.
     used = weight * band.known[:, :, None]
     outputs, references, _ = band.values.shape
     unknown = np.zeros((outputs, mapping.shape[-1]))
-    grams = np.empty((outputs, mapping.shape[-1], mapping.shape[-1]))
-    for o in range(outputs):
-        each = [(basis.T * np.tile(used[o, i], 2)) @ basis for i in range(references)]
-        grams[o] = sum(mapping[i].T @ each[i] @ mapping[i] for i in range(references))
+    normal = (np.swapaxes(mapping, 1, 2) @ grams(basis, used) @ mapping).sum(axis=1)
     rest = stacked(band.values * band.known[:, :, None])
     for _ in range(_ROUNDS):
         pull = np.einsum("oip,ipk->ok", (rest * np.tile(used, 2)) @ basis, mapping)
-        step = solved(grams, pull[..., None])[..., 0]
+        step = solved(normal, pull[..., None])[..., 0]
         unknown += step
         rest = rest - np.einsum("ipk,ok->oip", mapping, step) @ basis.T
     count = len(modes)
