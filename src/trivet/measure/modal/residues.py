@@ -145,7 +145,7 @@ def own_map(participation: np.ndarray) -> np.ndarray:
 
 
 def grams(basis: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """(o, i, k, k) products of the columns of a basis (2 n, k), as `real_basis`, with the weights (o, i, n) of every function."""
+    """(o, i, k, k) products of the columns of a basis (2 n, k), as of `real_basis`, by the weights (o, i, n) of functions."""
     rows = np.ascontiguousarray(basis.T).reshape(basis.shape[1], 2, -1)
     made = np.empty((*weight.shape[:2], len(rows), len(rows)))
     for k, row in enumerate(rows):
