@@ -16,7 +16,7 @@ from trivet.statics.objective import AXES
 from trivet.study.machines import MachineLike
 from trivet.study.pose import PoseReport, pose
 from trivet.vibration import spectral
-from trivet.vibration.damping import least_damping, own_damping
+from trivet.vibration.damping import check_loss_factor, least_damping, own_damping
 from trivet.vibration.exact import pieces
 from trivet.vibration.mesh import mesh
 from trivet.vibration.modes import exact_frequencies, held_modes
@@ -161,8 +161,7 @@ def frf(
         raise InputError(f"frequencies: {low:g} Hz to {high:g} Hz; {expected}")
     if not 2 <= points <= MOST_FREQUENCIES:
         raise InputError(f"points: {points}; expected 2 to {MOST_FREQUENCIES} frequencies")
-    if not 0 <= loss_factor < 2:
-        raise InputError(f"loss factor: {loss_factor:g}; expected 0 or more, and below 2")
+    check_loss_factor(loss_factor)
     at = pose(machine, position, azimuth, tilt, roll, mode=mode, anyway=anyway)
     natural = natural_frequencies(at, low, high)
     width = natural[:, None] * max(least_damping(at.machine, loss_factor), 1e-6) / 2

@@ -22,7 +22,7 @@ from trivet.study.machines import MachineLike, choose
 from trivet.study.pathfile import PathFile, read_path
 from trivet.study.pose import PoseReport, pose
 from trivet.vibration import spectral
-from trivet.vibration.damping import least_damping
+from trivet.vibration.damping import check_loss_factor, least_damping
 from trivet.vibration.modes import Modes, modes
 
 LOWEST = 5.0
@@ -293,7 +293,6 @@ def _check(slowest: float, fastest: float, points: int, highest: float, loss_fac
         raise InputError(f"points: {points}; expected 2 to {MOST_SPEEDS} spindle speeds")
     if not LOWEST < highest <= HIGHEST:
         raise InputError(f"highest frequency: {highest:g} Hz; expected above {LOWEST:g} Hz, up to {HIGHEST:g} Hz")
-    if not 0 <= loss_factor < 2:
-        raise InputError(f"loss factor: {loss_factor:g}; expected 0 or more, and below 2")
+    check_loss_factor(loss_factor)
     if not math.isfinite(feed):
         raise InputError(f"feed: {feed:g} rad; expected an angle")

@@ -23,7 +23,7 @@ from trivet.study.frf import HIGHEST, directions
 from trivet.study.response_summary import check_entries
 from trivet.study.roll_policy import RollPolicy, roll_policy
 from trivet.study.stiffness_map import roll_symmetry
-from trivet.vibration.damping import least_damping
+from trivet.vibration.damping import check_loss_factor, least_damping
 from trivet.vibration.directional import CHUNK, Asked, Entries, greatest
 from trivet.vibration.platform import platform_inertia
 
@@ -84,8 +84,7 @@ class Responses:
         tip = machine.platform.tool_tip if point == "tool" else None
         if point == "tool" and tip is None:
             raise InputError(f"point tool: {machine.name} has no platform.tool_tip; give one, or write platform")
-        if not 0 <= loss_factor < 2:
-            raise InputError(f"loss factor: {loss_factor:g}; expected 0 or more, and below 2")
+        check_loss_factor(loss_factor)
         names = check_entries(entries, "receptance")
         signs = closed_form_signs(machine, mode)
         damping = least_damping(machine, loss_factor)

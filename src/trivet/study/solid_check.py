@@ -26,7 +26,7 @@ from trivet.study.frf import (
 from trivet.study.machines import MachineLike
 from trivet.study.pose import PoseReport, pose
 from trivet.vibration import spectral
-from trivet.vibration.damping import least_damping
+from trivet.vibration.damping import check_loss_factor, least_damping
 from trivet.vibration.mesh import Mesh, mesh
 from trivet.vibration.resonance import greatest
 from trivet.vibration.response import FINE
@@ -208,7 +208,6 @@ def _check(low: float, high: float, points: int, loss_factor: float, fineness: f
         raise InputError(f"frequencies: {low:g} Hz to {high:g} Hz; {expected}")
     if not 2 <= points <= MOST_FREQUENCIES:
         raise InputError(f"points: {points}; expected 2 to {MOST_FREQUENCIES} frequencies")
-    if not 0 <= loss_factor < 2:
-        raise InputError(f"loss factor: {loss_factor:g}; expected 0 or more, and below 2")
+    check_loss_factor(loss_factor)
     if not LEAST_FINENESS <= fineness <= MOST_FINENESS:
         raise InputError(f"fineness: {fineness:g}; expected {LEAST_FINENESS:g} to {MOST_FINENESS:g}")

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from trivet.errors import InputError
 from trivet.model import Machine
 from trivet.model.elements import Beam, Joint, Prismatic
 
 SLIGHT = 1e-3
 """Loss factor as which a dashpot counts where the width of a resonance is asked: what it adds depends on the mode."""
+
+
+def check_loss_factor(loss_factor: float) -> None:
+    """Refuse a loss factor that none can be: twice a damping ratio, which is critical at 1."""
+    if not 0 <= loss_factor < 2:
+        raise InputError(f"loss factor: {loss_factor:g}; expected 0 or more, and below 2")
 
 
 def least_damping(machine: Machine, loss_factor: float) -> float:
