@@ -19,11 +19,12 @@ from measured_machine import SENSORS, Joints, hammer_test, modes_of_solids
 from trivet.cli.views.update import tables
 from trivet.errors import InputError
 from trivet.measure.correction.identifiability import told
-from trivet.measure.correction.updating import _huber, alike_over, robust_spread
+from trivet.measure.correction.terms import huber
+from trivet.measure.correction.updating import alike_over, robust_spread
 from trivet.measure.files.by_suffix import save_functions
 from trivet.measure.functions import Channel, Functions
 from trivet.measure.machine.parameters import Free, parameters
-from trivet.measure.machine.predicted import Model, predicted
+from trivet.measure.machine.predicted import Receptances, predicted
 from trivet.measure.machine.setup import Axes, Placed, Setup, Spot, placed, read_setup
 from trivet.measure.modal.fitted import FittedModes
 from trivet.measure.modal.fitting import fit_modes
@@ -77,8 +78,8 @@ def test_two_ways_to_a_prediction() -> None:
     """From the platform's receptance, and from the structure between all nodes; with a sensor that weighs."""
     functions = asked(np.linspace(50, 900, 12))
     at = placed(machine(), SETUP, functions)
-    model = Model.of(at, functions)
-    exact, structural = model.receptances(at.machine, 0.02), model._structural(at.machine, 0.02)
+    own = Receptances.of(at, functions)
+    exact, structural = own.values(at.machine, 0.02), own._structural(at.machine, 0.02)
     np.testing.assert_allclose(structural, exact, rtol=0, atol=1e-9 * np.abs(exact).max())
 
 
@@ -122,10 +123,10 @@ def test_axes_of_the_measurement_are_anybodys_choice() -> None:
 def test_far_residuals_count_by_their_size() -> None:
     """Squares up to 1.5, then 1.5 (2 |r| - 1.5): Huber's loss; slopes against differences."""
     apart = np.array([-7.0, -1.6, -0.3, 0.0, 1.2, 4.0])
-    value, slope = _huber(apart)
+    value, slope = huber(apart)
     size = np.abs(apart)
     np.testing.assert_allclose(value**2, np.where(size <= 1.5, size**2, 1.5 * (2 * size - 1.5)))
-    np.testing.assert_allclose(slope, (_huber(apart + 1e-6)[0] - _huber(apart - 1e-6)[0]) / 2e-6, rtol=1e-6)
+    np.testing.assert_allclose(slope, (huber(apart + 1e-6)[0] - huber(apart - 1e-6)[0]) / 2e-6, rtol=1e-6)
 
 
 @pytest.mark.parametrize("on", ["platform", "leg-2.link@0.5"])
@@ -134,10 +135,10 @@ def test_slopes_are_those_of_differences(on: str) -> None:
     setup = dataclasses.replace(SETUP, points={**SETUP.points, "3": Spot(on=on)})
     at = placed(machine(), setup, functions)
     free = parameters(machine(), [*FREE, Free("home.position.3", 0.002), Free("platform.disc.radius")], 0.02)
-    model, theta = Model.of(at, functions), free.theta(free.start)
-    found = model.slopes(at.machine, 0.02, free, theta).slopes
+    own, theta = Receptances.of(at, functions), free.theta(free.start)
+    found = own.slopes(at.machine, 0.02, free, theta).slopes
     for k, step in enumerate(1e-5 * free.spread):
-        ends = [model.receptances(*free.applied(at.machine, 0.02, theta + s * step * np.eye(len(free))[k])) for s in (1, -1)]
+        ends = [own.values(*free.applied(at.machine, 0.02, theta + s * step * np.eye(len(free))[k])) for s in (1, -1)]
         expected = (ends[0] - ends[1]) / (2 * step)
         np.testing.assert_allclose(found[k], expected, rtol=0, atol=2e-6 * np.abs(expected).max(), err_msg=free.paths[k])
 
@@ -150,7 +151,7 @@ def test_numbers_are_found_again(corrected: Update) -> None:
     assert corrected.found.spread == pytest.approx(0.03 / np.sqrt(2), rel=0.15)
     assert corrected.held is not None
     seen = np.abs(corrected.held.measured.receptance).max(axis=1)
-    before, after = (values[seen > 1e-3 * seen.max()] for values in corrected.held.criteria("frac"))
+    before, after = (values[seen > 1e-3 * seen.max()] for values in corrected.held.frac)
     assert np.all(before < 0.5)
     assert np.all(after > 0.99)
 
@@ -218,10 +219,10 @@ def test_next_points_tell_what_they_promise(corrected: Update) -> None:
     problem, found = corrected.problem, corrected.found
     ends = [(Channel(best.site.point, {"x": X, "y": Y, "z": Z}[best.axis]), load) for load in LOADS]
     at = dataclasses.replace(problem.placed, sites={**problem.placed.sites, best.site.point: best.site})
-    model = Model.of(at, asked(problem.functions.frequency, ends))
+    own = Receptances.of(at, asked(problem.functions.frequency, ends))
     columns = []
     for unit in 1e-4 * np.eye(len(found.theta)):
-        sizes = [np.log(np.abs(model.receptances(*problem.at(found.theta + s * unit)))) for s in (1, -1)]
+        sizes = [np.log(np.abs(own.values(*problem.at(found.theta + s * unit)))) for s in (1, -1)]
         columns.append((sizes[0] - sizes[1]).ravel() / 2e-4)
     more = np.array(columns) @ np.array(columns).T / (found.spread**2 * found.alike)
     whole = np.linalg.inv(corrected.covariance) + more
@@ -282,7 +283,7 @@ def test_a_machine_of_solids_on_other_joints(tmp_path: Path) -> None:
     assert before.max() > 0.2
     assert after.max() < 0.01
     assert found.held is not None
-    frac = [values.mean() for values in found.held.criteria("frac")]
+    frac = [values.mean() for values in found.held.frac]
     assert frac[0] < 0.05
     assert frac[1] > 0.7
     by_path = dict(zip(found.paths, found.after, strict=True))

@@ -1,6 +1,6 @@
 """Measured frequency responses in SI, with the points and directions at which they were measured.
 
-Axes are those of the measurement until `measure.setup` says where they lie in {O}.
+Axes are those of the measurement until `measure.machine.setup` says where they lie in {O}.
 """
 
 from __future__ import annotations

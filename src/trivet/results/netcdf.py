@@ -1,4 +1,4 @@
-"""NetCDF files of stiffness maps: labelled arrays with units, the machine file inside."""
+"""NetCDF files of results: labelled arrays with units, the machine file inside."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ def draw_points(mapped: MappedPoints, path: str | os.PathLike[str], *, overwrite
 
 def points_scene(placed: Placed, functions: Functions) -> Scene:
     """The machine in grey, and all that was measured in colour."""
-    seen = scene(placed.machine, placed.frame, placed.stand.mode)
+    seen = scene(placed.machine, placed.frame, placed.pose.mode)
     machine = [
         shape if shape.name.startswith("{") else shape._replace(role="machine")
         for shape in seen.shapes

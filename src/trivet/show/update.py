@@ -49,7 +49,7 @@ def panels(result: Update) -> list[Panel]:
 
 def _panel(compared: Compared, number: int, words: str) -> Panel:
     measured = compared.measured
-    before, after = (float(values[number]) for values in compared.criteria("frac"))
+    before, after = (float(values[number]) for values in compared.frac)
     title = f"{measured.labels[number]}, {words}: FRAC {before:.3f} before, {after:.3f} after"
     motion, response, reference = measured.motions[number], measured.responses[number], measured.references[number]
     sizes = [np.abs(one.values[number]) for one in (measured, compared.before, compared.after)]

@@ -19,6 +19,7 @@ from trivet.measure.machine.predicted import predicted
 from trivet.measure.machine.setup import Placed, Setup, placed
 from trivet.measure.modal.fitted import FittedModes
 from trivet.study.machines import MachineLike, choose
+from trivet.vibration.damping import check_loss_factor
 
 
 @dataclass(frozen=True)
@@ -147,13 +148,17 @@ def correlate(
         InputError: for a point that the set-up does not place, no frequency above zero, or a fit at other channels.
         NoResultError: the pose of the set-up is not reached, or the machine moves there without resistance.
     """
-    if not 0 <= loss_factor < 2:
-        raise InputError(f"loss factor: {loss_factor:g}; expected 0 or more, and below 2")
-    if not len(functions) or not len(functions.frequency) or functions.frequency[-1] <= 0:
-        raise InputError("measured functions: there are none at frequencies above zero; widen the range of frequencies")
+    check_loss_factor(loss_factor)
+    check_measured(functions)
     at = placed(choose(machine), setup, functions)
     beside = None if fit is None else _modes(at, functions, fit, loss_factor)
     return Correlation(at, functions, predicted(at, functions, loss_factor), loss_factor, beside)
+
+
+def check_measured(functions: Functions) -> None:
+    """Refuse functions of which none was measured where a machine moves."""
+    if not len(functions) or not len(functions.frequency) or functions.frequency[-1] <= 0:
+        raise InputError("measured functions: there are none at frequencies above zero; widen the range of frequencies")
 
 
 def _modes(at: Placed, functions: Functions, fit: FittedModes, loss_factor: float) -> ModesBeside:

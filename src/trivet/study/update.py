@@ -13,13 +13,14 @@ import jax
 import numpy as np
 
 from trivet.errors import InputError, nearest
+from trivet.measure import correlation as alike
 from trivet.measure.correction.identifiability import NextPoint, Told, next_points, told
-from trivet.measure.correction.updating import Problem, Updated, updated
-from trivet.measure.correlation import assigned, faac, frac
+from trivet.measure.correction.terms import Problem
+from trivet.measure.correction.updating import Updated, updated
 from trivet.measure.functions import Functions
 from trivet.measure.machine.modes import ModelModes, modes_of
 from trivet.measure.machine.parameters import Free, parameters
-from trivet.measure.machine.predicted import Model, predicted
+from trivet.measure.machine.predicted import Receptances, predicted
 from trivet.measure.machine.setup import Placed, Setup, placed
 from trivet.measure.modal.fitted import FittedModes
 from trivet.model import Machine
@@ -27,7 +28,9 @@ from trivet.model.machine import Note
 from trivet.model.paths import join, leaves
 from trivet.model.quantity import Quantity
 from trivet.model.writing import document_of
+from trivet.study.correlate import check_measured
 from trivet.study.machines import MachineLike, choose
+from trivet.vibration.damping import check_loss_factor
 
 DIGITS = 1e-2
 """Numbers are written to so much of their standard deviation."""
@@ -43,11 +46,18 @@ class Compared:
     before: Functions
     after: Functions
 
-    def criteria(self, name: str) -> tuple[np.ndarray, np.ndarray]:
-        """(q,) and (q,): "frac" or "faac" of receptances before and after."""
-        own = {"frac": frac, "faac": faac}[name]
-        before, after = (own(self.measured.receptance, one.receptance) for one in (self.before, self.after))
-        return before, after
+    @cached_property
+    def frac(self) -> tuple[np.ndarray, np.ndarray]:
+        """(q,) and (q,): likeness of the shape over frequency, in the motion that was measured, before and after."""
+        return self._of(alike.frac)
+
+    @cached_property
+    def faac(self) -> tuple[np.ndarray, np.ndarray]:
+        """(q,) and (q,): the same with the size."""
+        return self._of(alike.faac)
+
+    def _of(self, criterion: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        return criterion(self.measured.values, self.before.values), criterion(self.measured.values, self.after.values)
 
 
 @dataclass(frozen=True)
@@ -116,7 +126,7 @@ class Update:
         found = []
         for theta in (start, self.found.theta):
             modes = modes_of(self.problem.placed, *self.problem.at(theta), float(poles.modes.frequency.max()), poles.channels)
-            order = assigned(poles.modes, modes.as_set)[1]
+            order = alike.assigned(poles.modes, modes.as_set)[1]
             own = modes.frequency[order], modes.damping[order], modes.vectors[:, order], modes.shapes[:, order]
             found.append(ModelModes(modes.elements, *own))
         return found[0], found[1]
@@ -146,12 +156,14 @@ def update(
         low, high: range of frequencies, Hz; all that were measured when not given.
         hold: points whose functions are compared only, not fitted.
         loss_factor: of all that has none of its own; where "loss_factor" is free, its value beforehand.
-        progress: called with the number of times that the machine was worked out.
+        progress: called with the number of steps of the search.
 
     Raises:
         InputError: for what the machine, the set-up or the measurement does not have.
         NoResultError: the machine does not stand where it was measured, or the search comes to no end.
     """
+    check_loss_factor(loss_factor)
+    check_measured(functions)
     chosen = choose(machine)
     inside = _inside(functions, low, high)
     seen, held = _divided(inside, hold)
@@ -159,7 +171,7 @@ def update(
     known = parameters(chosen, free, loss_factor)
     length = float(chosen.characteristic_length)
     poles = None if fit is None else fit.among(tuple(dict.fromkeys(seen.responses)), length)
-    problem = Problem(where, seen, known, poles, loss_factor, Model.of(where, seen))
+    problem = Problem(where, seen, known, poles, loss_factor, Receptances.of(where, seen))
     found = updated(problem, progress)
     others = None if held is None else _compared(problem, found, where, held)
     return Update(problem, found, _compared(problem, found, where, seen), others)

@@ -44,7 +44,7 @@ def _setting(result: Update) -> str:
     return (
         f"{result.problem.machine.name}, {seen.source or 'measured responses'}: {len(seen)} functions at "
         f"{len(seen.frequency)} frequencies, {seen.frequency[0]:g} to {seen.frequency[-1]:g} Hz\n"
-        f"{apart}; the machine was worked out {found.evaluations} times"
+        f"{apart}; found in {found.steps} steps"
     )
 
 
@@ -96,12 +96,11 @@ def combination(result: Update, direction: Direction) -> str:
 
 def _functions(title: str, compared: Compared) -> Any:
     found = table(title, "response / reference", "FRAC before", "after", "FAAC before", "after")
-    frac, faac = compared.criteria("frac"), compared.criteria("faac")
     for k, label in enumerate(compared.measured.labels[:ROWS]):
-        found.add_row(label, *(_criterion(float(values[k])) for values in (*frac, *faac)))
+        found.add_row(label, *(_criterion(float(values[k])) for values in (*compared.frac, *compared.faac)))
     if len(compared.measured) > ROWS:
         found.add_row(f"and {len(compared.measured) - ROWS} more with --json", *[""] * 4)
-    found.add_row("in the mean", *(_criterion(_mean(values)) for values in (*frac, *faac)))
+    found.add_row("in the mean", *(_criterion(_mean(values)) for values in (*compared.frac, *compared.faac)))
     return found
 
 
@@ -164,7 +163,7 @@ def as_json(result: Update, further: bool = False) -> dict[str, Any]:
         ],
         "scatter_of_ln_magnitude": found.spread,
         "lines_alike": found.alike,
-        "evaluations": found.evaluations,
+        "steps": found.steps,
         "loss_factor": result.loss_factor,
         "fitted": _compared(result.fitted),
         "held_back": None if result.held is None else _compared(result.held),
@@ -176,7 +175,7 @@ def as_json(result: Update, further: bool = False) -> dict[str, Any]:
 
 
 def _compared(compared: Compared) -> list[dict[str, Any]]:
-    frac, faac = compared.criteria("frac"), compared.criteria("faac")
+    frac, faac = compared.frac, compared.faac
     return [
         {
             "function": label,

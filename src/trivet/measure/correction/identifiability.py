@@ -10,10 +10,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from trivet.measure.correction.updating import FLOOR, Problem, Updated, log_slopes
+from trivet.measure.correction.terms import FLOOR, Problem, log_slopes
+from trivet.measure.correction.updating import Updated
 from trivet.measure.functions import Channel, Functions, Motion
 from trivet.measure.machine.parameters import Parameters
-from trivet.measure.machine.predicted import Model
+from trivet.measure.machine.predicted import Receptances
 from trivet.measure.machine.setup import ON_PLATFORM, Placed, Site
 from trivet.model.elements import Beam, Drivable
 from trivet.statics.assembly import assemble
@@ -119,7 +120,7 @@ def _seen(problem: Problem, found: Updated, sites: list[Site], functions: Functi
         references=tuple(b for _, b in pairs),
     )
     placed = dataclasses.replace(problem.placed, sites={**problem.placed.sites, **{s.point: s for s in sites}})
-    slopes = Model.of(placed, asked).slopes(problem.machine, problem.loss_factor, problem.free, found.theta)
+    slopes = Receptances.of(placed, asked).slopes(problem.machine, problem.loss_factor, problem.free, found.theta)
     # A floor as for what was measured, of the greatest response of all sites.
     size = np.abs(slopes.values).reshape(shape)
     under = FLOOR * np.broadcast_to(size.max(axis=(0, 1, 2), keepdims=True), shape)

@@ -25,8 +25,7 @@ from trivet.statics.assembly import PLATFORM, NodeMass, Structure, assemble
 from trivet.vibration import spectral
 from trivet.vibration.exact import ExactStructure, exact_mesh
 from trivet.vibration.places import Place, place_of
-from trivet.vibration.spectral_machine import Stand as Standing
-from trivet.vibration.spectral_machine import standing
+from trivet.vibration.spectral_machine import Stand, standing
 
 STEP = 1e-5
 """Step of a central difference, in standard deviations beforehand."""
@@ -49,15 +48,15 @@ def predicted(placed: Placed, functions: Functions, loss_factor: float = 0.02) -
     Raises:
         NoResultError: the machine does not stand, or moves without resistance, at the pose of the set-up.
     """
-    model = Model.of(placed, functions)
-    values = model.receptances(placed.machine, loss_factor) * (1j * functions.omega) ** functions.orders[:, None]
+    own = Receptances.of(placed, functions).values(placed.machine, loss_factor)
+    values = own * (1j * functions.omega) ** functions.orders[:, None]
     return dataclasses.replace(
         functions, values=values, coherence=None, source=f"{placed.machine.name}, loss factor {loss_factor:g}"
     )
 
 
 @dataclasses.dataclass(frozen=True)
-class Model:
+class Receptances:
     """Receptances of a machine at the channels of some functions, as a function of its numbers."""
 
     placed: Placed
@@ -69,7 +68,7 @@ class Model:
     """(q, 2) which output and which input each function has."""
 
     @classmethod
-    def of(cls, placed: Placed, functions: Functions) -> Model:
+    def of(cls, placed: Placed, functions: Functions) -> Receptances:
         """For all functions."""
         outputs, inputs = tuple(dict.fromkeys(functions.responses)), tuple(dict.fromkeys(functions.references))
         places = {channel: k for k, channel in enumerate(outputs)}, {channel: k for k, channel in enumerate(inputs)}
@@ -79,7 +78,7 @@ class Model:
         lowest = 1e-6 * float(functions.omega.max())
         return cls(placed, np.maximum(functions.omega, lowest), outputs, inputs, pairs)
 
-    def receptances(self, machine: Machine, loss_factor: float) -> np.ndarray:
+    def values(self, machine: Machine, loss_factor: float) -> np.ndarray:
         """(q, n) with a machine of the same topology."""
         if not self.placed.is_on_platform:
             return self._structural(machine, loss_factor)
@@ -101,18 +100,18 @@ class Model:
         rows = []
         for k, step in enumerate(STEP * free.spread):
             away = step * np.eye(len(theta))[k]
-            ends = [self.receptances(*free.applied(machine, loss_factor, theta + sign * away)) for sign in (1, -1)]
+            ends = [self.values(*free.applied(machine, loss_factor, theta + sign * away)) for sign in (1, -1)]
             rows.append((ends[0] - ends[1]) / (2 * step))
-        return Slopes(self.receptances(*free.applied(machine, loss_factor, theta)), np.array(rows))
+        return Slopes(self.values(*free.applied(machine, loss_factor, theta)), np.array(rows))
 
-    def _covered(self, machine: Machine, loss_factor: float) -> tuple[Standing, spectral.Plan]:
+    def _covered(self, machine: Machine, loss_factor: float) -> tuple[Stand, spectral.Plan]:
         """How the chains stand, and how to cover the frequencies, with a machine in numbers."""
         loaded, poses = with_sensors(machine, self.placed), self._poses(machine)
-        stand = standing(loaded, self.placed.stand.frame(machine), self.placed.signs)
+        stand = standing(loaded, self.placed.pose.frame(machine), self.placed.signs)
         chosen = spectral.plan(loaded, poses, stand, float(self.omega.max()))
         return stand, spectral.divided(loaded, poses, stand, self.omega, loss_factor, chosen, CENTRE)
 
-    def _exact(self, machine: Machine, loss_factor: Any, stand: Standing, chosen: spectral.Plan) -> Any:
+    def _exact(self, machine: Machine, loss_factor: Any, stand: Stand, chosen: spectral.Plan) -> Any:
         """(q, n) from the receptance of the platform; JAX may trace the machine."""
         loaded, poses = with_sensors(machine, self.placed), self._poses(machine)
         centre = spectral.kernel(loaded, poses, stand, self.omega, loss_factor, chosen, CENTRE)
@@ -122,11 +121,14 @@ class Model:
         return between[self.pairs[:, 0], self.pairs[:, 1]]
 
     def _poses(self, machine: Machine) -> Frame:
-        frame = self.placed.stand.frame(machine)
+        frame = self.placed.pose.frame(machine)
         return jax.tree.map(lambda c: jnp.atleast_1d(jnp.asarray(c, dtype=float)), frame)
 
     def _rows(self, channels: Sequence[Channel], turn: Any) -> Any:
-        """(k, 6) as `Placed.of_platform`, with the platform turned (3, 3) by the home of a machine that may be traced."""
+        """(k, 6) what channels see of the twist of the platform's centre, also the wrench there of their unit loads.
+
+        The platform is turned (3, 3), by the home of a machine that may be traced.
+        """
         placed = self.placed
         along = np.array([placed.along(channel) for channel in channels])
         own = np.array([placed.sites[channel.point].at - placed.centre for channel in channels]) @ _axes(placed.frame)
@@ -172,7 +174,7 @@ def with_sensors(machine: Machine, placed: Placed) -> Machine:
 
 def with_sites(machine: Machine, placed: Placed) -> tuple[Structure, dict[str, Place]]:
     """The structure of the machine with a node at every site, and the masses of sensors."""
-    frame = placed.stand.frame(machine)
+    frame = placed.pose.frame(machine)
     structure, sites = assemble(machine, frame, placed.signs), {}
     centre, turn = structure.nodes[PLATFORM], _axes(frame) @ _axes(placed.frame).T
     for point, site in placed.sites.items():

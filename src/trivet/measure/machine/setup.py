@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Annotated, Any, Literal, NamedTuple
@@ -68,7 +68,7 @@ class Axes:
 
 
 @dataclass(frozen=True)
-class Stand:
+class Posed:
     """The pose of the platform while it was measured; what is not given is as at home."""
 
     __pydantic_config__ = STRICT
@@ -99,7 +99,7 @@ class Setup:
     others: Literal["platform"] | None = None
     """Where all points lie that have no entry: on the platform, where they were measured."""
     axes: Axes = Axes()
-    pose: Stand = Stand()
+    pose: Posed = Posed()
     format: Literal[1] = 1
     """Version of the file format."""
 
@@ -127,7 +127,7 @@ class Placed:
     """A machine where it was measured, with the measured points on it."""
 
     machine: Machine
-    stand: Stand
+    pose: Posed
     signs: Any
     """(n_chains, 2) working mode; None for a machine without."""
     frame: Frame
@@ -151,14 +151,6 @@ class Placed:
         direction = self.turn @ np.array(channel.direction, dtype=float)
         none = np.zeros(3)
         return np.concatenate([none, direction] if channel.is_rotation else [direction, none])
-
-    def of_platform(self, channels: Iterable[Channel]) -> np.ndarray:
-        """(k, 6) what channels on the platform see of the twist of its centre; also the wrench there of their unit loads."""
-        rows = []
-        for channel in channels:
-            linear, angular = np.split(self.along(channel), 2)
-            rows.append(np.concatenate([linear, angular + np.cross(self.sites[channel.point].at - self.centre, linear)]))
-        return np.array(rows).reshape(-1, 6)
 
 
 def read_setup(path: str | os.PathLike[str]) -> Setup:

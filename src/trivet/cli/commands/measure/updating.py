@@ -64,7 +64,7 @@ def run(
 
         check_writable(write, overwrite=out.overwrite)
     functions, fitted = read_functions(measured), test.modes()
-    with output.progress(out.as_json, "times the machine") as advance:
+    with output.progress(out.as_json, "steps") as advance:
         found = update(
             chosen,
             setup,
@@ -75,7 +75,7 @@ def run(
             high=high,
             hold=[point.strip() for point in hold.split(",")] if hold else (),
             loss_factor=test.loss_factor,
-            progress=lambda count: advance("correcting", count),
+            progress=lambda steps: advance("correcting", steps),
         )
     if further:
         with output.busy("looking for places that would tell more", out.as_json):
