@@ -75,8 +75,13 @@ def test_json(fit: Run) -> None:
     found = fitted()
     assert out["band_Hz"] == [70, 280]
     assert out["highest_order"] == 10
-    assert out["responses"] == ["1:+x", "1:+y", "1:+z", "2:+x"]
-    for key, values in (("frequency_Hz", found.frequency), ("damping_interval", found.damping_interval)):
+    assert [(one["point"], one["direction"]) for one in out["responses"]] == [
+        ("1", [1, 0, 0]),
+        ("1", [0, 1, 0]),
+        ("1", [0, 0, 1]),
+        ("2", [1, 0, 0]),
+    ]
+    for key, values in (("frequency_Hz", found.frequency), ("damping_ratio_interval", found.damping_interval)):
         np.testing.assert_allclose([mode[key] for mode in out["modes"]], values, rtol=1e-6)
     assert [mode["pole_number"] for mode in out["modes"]] == [1, 1, 2, 3]
     scaled = np.array([mode["scaled_shape_per_sqrt_kg"] for mode in out["modes"]]) @ [1, 1j]
@@ -88,6 +93,7 @@ def test_json(fit: Run) -> None:
     )
     assert len(out["functions"]) == 8
     assert out["functions"][0]["motion"] == "acceleration"
+    assert out["functions"][3]["response"] == {"point": "1", "direction": [0, 1, 0], "is_rotation": False}
     assert out["functions"][3]["frac"] == pytest.approx(found.frac[1, 1], rel=1e-6)
 
 

@@ -89,6 +89,11 @@ def csf(measured: np.ndarray, computed: np.ndarray) -> np.ndarray:
     return _size(*_both(measured, computed), axis=0)
 
 
+def mean(values: np.ndarray) -> float:
+    """Of a criterion where it is defined; NaN where it is nowhere."""
+    return float(np.nanmean(values)) if np.isfinite(values).any() else float("nan")
+
+
 def mac(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """(m, k) modal assurance criterion of shapes (o, m) and (o, k), mode by mode; NaN where a shape is zero."""
     return _bounded(np.abs(_unit(first).conj().T @ _unit(second)) ** 2)

@@ -12,9 +12,10 @@ import numpy as np
 from trivet.files import replacing
 from trivet.kinematics.mode import mode_text
 from trivet.measure.channels import unit_of
+from trivet.measure.correlation import mean
 from trivet.show.drawing import title_lines
 from trivet.show.maps import check_suffix
-from trivet.show.palette import BLUE, GREEN, ORANGE, PURPLE
+from trivet.show.palette import BLUE, GREEN, GRID, ORANGE, PURPLE
 from trivet.study.correlate import Correlation, ModesBeside, ShownCorrelation
 
 MOST = 6
@@ -22,7 +23,6 @@ MOST = 6
 FLOOR = 1e-7
 """Of the greatest magnitude, what is not drawn: computed noughts by symmetry are rounding."""
 COLUMNS = 2
-GRID = "#EBEBEB"
 MEASURED, COMPUTED = BLUE, ORANGE
 SHAPE, SIZE = GREEN, PURPLE
 QUANTITIES = {"displacement": "receptance", "velocity": "mobility", "acceleration": "accelerance"}
@@ -54,13 +54,9 @@ def title(result: Correlation) -> list[str]:
     source = f"{result.measured.source}; " if result.measured.source else ""
     return [
         *title_lines(at.machine, at.frame, mode_text(at.machine, at.signs)),
-        f"{source}{len(result.measured)} functions; FRAC {_mean(result.frac):.3f} in the mean, FAAC {_mean(result.faac):.3f}; "
+        f"{source}{len(result.measured)} functions; FRAC {mean(result.frac):.3f} in the mean, FAAC {mean(result.faac):.3f}; "
         f"computed with loss factor {result.loss_factor:g}",
     ]
-
-
-def _mean(values: np.ndarray) -> float:
-    return float(np.nanmean(values)) if np.isfinite(values).any() else float("nan")
 
 
 def panel(result: Correlation, number: int) -> Panel:

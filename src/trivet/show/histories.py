@@ -14,7 +14,7 @@ from trivet.files import replacing
 from trivet.kinematics.mode import mode_words
 from trivet.show.drawing import title_lines
 from trivet.show.maps import check_suffix
-from trivet.show.palette import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION
+from trivet.show.palette import BLUE, GREEN, GRID, ORANGE, PURPLE, SKY, VERMILLION
 from trivet.space.frame import Frame
 from trivet.study.dynamics import force_units
 from trivet.study.motion import MotionReport
@@ -22,7 +22,6 @@ from trivet.study.simulation import LAW_WORDS, Simulation
 
 SERIES = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILLION)
 COLUMNS = 2
-GRID = "#EBEBEB"
 
 
 class Panel(NamedTuple):

@@ -13,12 +13,11 @@ import numpy as np
 from trivet.files import replacing
 from trivet.show.drawing import title_lines
 from trivet.show.maps import check_suffix
-from trivet.show.palette import BLUE, ORANGE, SKY
+from trivet.show.palette import BLUE, GRID, ORANGE, SKY
 from trivet.study.lobes import LOWEST, RPM, Lobes, LobesAlong
 
 TOP = 10.0
 """Depth, against the least that is shown, up to which the axis goes: peaks between lobes are much higher."""
-GRID = "#EBEBEB"
 STABLE = "#DCEBF5"
 SPEED = "spindle speed, rpm"
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from trivet.measure.universal.join import Imported
 from trivet.show.measured import DEEP, FEW, Seen, below_peak, mean_square, title, unit
-from trivet.show.measured_picture import GRID, SERIES
-from trivet.show.palette import BLUE, VERMILLION
+from trivet.show.measured_picture import SERIES
+from trivet.show.palette import BLUE, GRID, VERMILLION
 
 
 def write_page(found: Imported, seen: Seen, path: Path) -> None:

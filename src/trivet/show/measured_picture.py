@@ -9,10 +9,9 @@ import numpy as np
 
 from trivet.measure.universal.join import Imported
 from trivet.show.measured import DEEP, FEW, Seen, below_peak, mean_square, title, unit
-from trivet.show.palette import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION
+from trivet.show.palette import BLACK, BLUE, GREEN, GRID, ORANGE, PURPLE, SKY, VERMILLION
 
 SERIES = (BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK)
-GRID = "#EBEBEB"
 NAMED = 30
 """Functions of a map that have their names beside them."""
 

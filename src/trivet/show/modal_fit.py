@@ -13,9 +13,9 @@ from trivet.files import replacing
 from trivet.measure.channels import unit_of
 from trivet.measure.modal.model import ModalFit, driving_points
 from trivet.show.maps import check_suffix
-from trivet.show.palette import BLUE, GREEN, ORANGE, VERMILLION
+from trivet.show.palette import BLUE, GREEN, GREY, GRID, ORANGE, VERMILLION
 
-GRID, GREY, CURVE = "#EBEBEB", "#8C8C8C", "#B8B8B8"
+CURVE = "#B8B8B8"
 SHOWN = 4
 """Functions that are drawn."""
 

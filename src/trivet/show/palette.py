@@ -11,13 +11,15 @@ from trivet.show.shapes import Role, Shape
 # Okabe and Ito, "Color universal design" (2008), and greys.
 BLUE, SKY, GREEN, PURPLE = "#0072B2", "#56B4E9", "#009E73", "#CC79A7"
 ORANGE, VERMILLION, YELLOW, BLACK = "#E69F00", "#D55E00", "#F0E442", "#000000"
+GRID, GREY = "#EBEBEB", "#8C8C8C"
+"""Of lines behind curves, and of what stays behind the rest."""
 
 COLOURS: dict[Role, str] = {
     "link": BLUE,
     "actuated joint": ORANGE,
     "locked joint": "#7A5200",
     "passive joint": GREEN,
-    "guide": "#8C8C8C",
+    "guide": GREY,
     "ground": "#D9D9D9",
     "platform": SKY,
     "tool": "#404040",

@@ -18,7 +18,7 @@ from trivet.study.roll_grid import Aim, Rules
 
 SERIES = (BLUE, ORANGE, GREEN, PURPLE, VERMILLION, BLACK)
 """Of several plans, the best first; the others are counted only."""
-CURVE, WAY, GRID = VERMILLION, "#FFFFFF", "#EBEBEB"
+CURVE, WAY = VERMILLION, "#FFFFFF"
 NOT_ALLOWED = "#E4E4E4"
 
 

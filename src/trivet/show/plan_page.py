@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from trivet.show.palette import BLACK
+from trivet.show.palette import BLACK, GRID
 from trivet.show.plan import (
     CURVE,
-    GRID,
     NOT_ALLOWED,
     PLACES,
     WAY,

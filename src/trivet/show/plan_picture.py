@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from trivet.show.palette import GRID
 from trivet.show.plan import (
     CURVE,
-    GRID,
     NOT_ALLOWED,
     PLACES,
     WAY,

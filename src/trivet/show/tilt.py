@@ -11,11 +11,10 @@ import numpy as np
 
 from trivet.files import replacing
 from trivet.show.maps import check_suffix
-from trivet.show.palette import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION
+from trivet.show.palette import BLUE, GREEN, GRID, ORANGE, PURPLE, SKY, VERMILLION
 from trivet.study.tilt import TiltReport, TiltStudy
 
 SERIES = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILLION)
-GRID = "#EBEBEB"
 
 
 class Line(NamedTuple):

@@ -11,9 +11,9 @@ import numpy as np
 
 from trivet.files import replacing
 from trivet.measure.channels import unit_of
-from trivet.show.correlation import FLOOR, GRID, QUANTITIES
+from trivet.show.correlation import FLOOR, QUANTITIES
 from trivet.show.maps import check_suffix
-from trivet.show.palette import BLUE, ORANGE, VERMILLION
+from trivet.show.palette import BLUE, GREY, GRID, ORANGE, VERMILLION
 from trivet.study.update import Compared, Update
 
 MOST = 4
@@ -148,8 +148,8 @@ def _page(result: Update, shown: list[Panel], path: Path) -> None:
     change, after, before = factors(result)
     paths = list(result.paths)
     page.add_scatter(
-        x=np.zeros(len(paths)), y=paths, mode="markers", name="known before", marker={"color": "#8C8C8C"},
-        error_x={"array": before, "color": "#8C8C8C", "thickness": 8}, row=rows - 1, col=1,
+        x=np.zeros(len(paths)), y=paths, mode="markers", name="known before", marker={"color": GREY},
+        error_x={"array": before, "color": GREY, "thickness": 8}, row=rows - 1, col=1,
     )  # fmt: skip
     page.add_scatter(
         x=change, y=paths, mode="markers", name="after", showlegend=False, marker={"color": VERMILLION, "size": 10},

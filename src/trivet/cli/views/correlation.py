@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from trivet.cli.views.layout import table, where
-from trivet.cli.views.si import finite, pose_keys
+from trivet.cli.views.layout import more, table, where
+from trivet.cli.views.likeness import criteria, means
+from trivet.cli.views.si import channel_keys, finite, functions_json, pose_keys
 from trivet.kinematics.mode import mode_text
-from trivet.measure.functions import Channel
 from trivet.measure.machine.setup import Placed, Site
 from trivet.space.pose import zyz_angles
 from trivet.study.correlate import Correlation, ModesBeside, ShownCorrelation, distances
@@ -61,31 +61,19 @@ def _points(at: Placed) -> Any:
         found.add_row(
             site.point, site.on, *(f"{c * 1e3:.3f}" for c in site.at), away, f"{site.mass * 1e3:g}" if site.mass else ""
         )
-    _more(found, len(at.sites), 6)
+    more(found, len(at.sites), ROWS)
     return found
-
-
-def _more(found: Any, count: int, blanks: int) -> None:
-    if count > ROWS:
-        found.add_row(f"and {count - ROWS} more with --json", *[""] * blanks)
 
 
 def _functions(result: Correlation) -> Any:
     found = table("functions", "response / reference", "measured", "FRAC", "FAAC", left=2)
+    both = result.frac, result.faac
     for k, label in enumerate(result.measured.labels[:ROWS]):
-        found.add_row(label, result.measured.motions[k], _criterion(result.frac[k]), _criterion(result.faac[k]))
-    _more(found, len(result.measured), 3)
+        found.add_row(label, result.measured.motions[k], *criteria(both, k))
+    more(found, len(result.measured), ROWS)
     if len(result.measured) > 1:
-        found.add_row("in the mean", "", *(_criterion(_mean(values)) for values in (result.frac, result.faac)))
+        found.add_row("in the mean", "", *means(both))
     return found
-
-
-def _criterion(value: float) -> str:
-    return "" if math.isnan(value) else f"{value:.4f}"
-
-
-def _mean(values: np.ndarray) -> float:
-    return float(np.nanmean(values)) if np.isfinite(values).any() else math.nan
 
 
 def _signatures(result: Correlation) -> Any:
@@ -93,9 +81,7 @@ def _signatures(result: Correlation) -> Any:
     for name, values in (("CSAC, of the shape", result.csac), ("CSF, with the size", result.csf)):
         if np.isfinite(values).any():
             least = int(np.nanargmin(values))
-            found.add_row(
-                name, _criterion(_mean(values)), _criterion(float(values[least])), f"{result.measured.frequency[least]:g}"
-            )
+            found.add_row(name, *means([values]), *criteria([values], least), f"{result.measured.frequency[least]:g}")
     return found
 
 
@@ -118,8 +104,8 @@ def _channels(modes: ModesBeside) -> Any:
     found = table("channels, the least alike first", "channel", "CoMAC over the pairs of modes")
     order = np.argsort(np.nan_to_num(modes.comac, nan=2.0), kind="stable")
     for k in order[:ROWS]:
-        found.add_row(str(modes.channels[k]), _criterion(float(modes.comac[k])))
-    _more(found, len(modes.channels), 1)
+        found.add_row(str(modes.channels[k]), *criteria([modes.comac], k))
+    more(found, len(modes.channels), ROWS)
     return found
 
 
@@ -134,16 +120,8 @@ def as_json(shown: ShownCorrelation) -> dict[str, Any]:
         "loss_factor": result.loss_factor,
         "points": [_point(site) for site in at.sites.values()],
         "functions": [
-            {
-                "response": _channel(response),
-                "reference": _channel(reference),
-                "motion": motion,
-                "frac": finite(result.frac[k]),
-                "faac": finite(result.faac[k]),
-            }
-            for k, (response, reference, motion) in enumerate(
-                zip(result.measured.responses, result.measured.references, result.measured.motions, strict=True)
-            )
+            one | {"frac": finite(result.frac[k]), "faac": finite(result.faac[k])}
+            for k, one in enumerate(functions_json(result.measured))
         ],
         "frequency_Hz": finite(result.measured.frequency),
         "csac": finite(result.csac),
@@ -163,10 +141,6 @@ def _point(site: Site) -> dict[str, Any]:
     }
 
 
-def _channel(channel: Channel) -> dict[str, Any]:
-    return {"point": channel.point, "direction": list(channel.direction), "is_rotation": channel.is_rotation}
-
-
 def _modes_json(modes: ModesBeside) -> dict[str, Any]:
     return {
         "measured_frequency_Hz": finite(modes.measured.frequency),
@@ -184,5 +158,5 @@ def _modes_json(modes: ModesBeside) -> dict[str, Any]:
             }
             for pair in modes.pairs
         ],
-        "channels": [_channel(channel) | {"comac": finite(modes.comac[k])} for k, channel in enumerate(modes.channels)],
+        "channels": [channel_keys(channel) | {"comac": finite(modes.comac[k])} for k, channel in enumerate(modes.channels)],
     }

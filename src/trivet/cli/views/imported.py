@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from trivet.cli.views.layout import table
-from trivet.cli.views.si import finite
-from trivet.measure.functions import Channel
+from trivet.cli.views.layout import more, table
+from trivet.cli.views.si import finite, functions_json
 from trivet.measure.universal.join import Imported
 
 ROWS = 40
@@ -38,12 +37,6 @@ def _counted(count: int, what: str) -> str:
     return f"{count} {what}{'' if count == 1 else 's'}"
 
 
-def _more(rows: Any, count: int) -> Any:
-    if count > ROWS:
-        rows.add_row(f"and {count - ROWS} more with --json")
-    return rows
-
-
 def _functions(found: Imported) -> Any:
     functions = found.functions
     words = ("response", "reference", "motion", "unit in the file")
@@ -55,7 +48,8 @@ def _functions(found: Imported) -> Any:
         has = np.isfinite(lowest[k])
         numbers = (f"{abs(functions.values[k, peak]):.4g}", f"{functions.frequency[peak]:.6g}")
         rows.add_row(*cells, *numbers, f"{lowest[k]:.3f}" if has else "", str(doubtful[k]) if has else "")
-    return _more(rows, len(functions))
+    more(rows, len(functions), ROWS)
+    return rows
 
 
 def lowest_coherence(found: Imported) -> np.ndarray:
@@ -73,7 +67,8 @@ def _points(found: Imported) -> Any:
     for name, at in list(functions.points.items())[:ROWS]:
         ends = [len({end for end in own if end.point == name}) for own in (functions.responses, functions.references)]
         rows.add_row(name, *(f"{1e3 * c + 0.0:.3f}" for c in at), *(str(count) if count else "" for count in ends))
-    return _more(rows, len(functions.points))
+    more(rows, len(functions.points), ROWS)
+    return rows
 
 
 def _modes(found: Imported) -> Any:
@@ -81,7 +76,8 @@ def _modes(found: Imported) -> Any:
     rows.columns[-1].justify = "left"
     for k, mode in enumerate(found.modes[:ROWS], 1):
         rows.add_row(str(k), f"{mode.frequency:.4f}", f"{100 * mode.damping:.4f}", str(len(mode.points)), mode.title)
-    return _more(rows, len(found.modes))
+    more(rows, len(found.modes), ROWS)
+    return rows
 
 
 def _unused(found: Imported) -> Any:
@@ -93,32 +89,26 @@ def _unused(found: Imported) -> Any:
     for (path, kind, what), numbers in list(kinds.items())[:ROWS]:
         listed = ", ".join(map(str, numbers[:8])) + (f", … ({len(numbers)})" if len(numbers) > 8 else "")
         rows.add_row(path, str(kind), what, listed)
-    return _more(rows, len(kinds))
-
-
-def _channel(channel: Channel) -> dict[str, Any]:
-    return {"point": channel.point, "direction": list(channel.direction), "is_rotation": channel.is_rotation}
+    more(rows, len(kinds), ROWS)
+    return rows
 
 
 def as_json(found: Imported) -> dict[str, Any]:
     """All but the values, which are in the file of --data."""
     functions = found.functions
     lowest, doubtful = lowest_coherence(found), found.doubtful.sum(axis=1)
-    rows = zip(functions.responses, functions.references, functions.motions, found.units, strict=True)
     return {
         "source": functions.source,
         "lines": len(functions.frequency),
         "frequency_Hz": finite(functions.frequency),
         "functions": [
-            {
-                "response": _channel(response),
-                "reference": _channel(reference),
-                "motion": motion,
-                "unit_in_file": unit,
+            one
+            | {
+                "unit_in_file": found.units[k],
                 "lowest_coherence": finite(lowest[k]),
                 "lines_in_doubt": int(doubtful[k]),
             }
-            for k, (response, reference, motion, unit) in enumerate(rows)
+            for k, one in enumerate(functions_json(functions))
         ],
         "least_coherence": found.least_coherence,
         "points": [{"name": name, "position_m": list(at)} for name, at in functions.points.items()],

@@ -21,6 +21,12 @@ def table(title: str, *columns: str, left: int = 1) -> Table:
     return made
 
 
+def more(rows: Table, count: int, shown: int) -> None:
+    """A last row that tells of those which are not shown, where there are any."""
+    if count > shown:
+        rows.add_row(f"and {count - shown} more with --json")
+
+
 def where(name: str, mode: str, position: Sequence[float], angles: Sequence[float]) -> str:
     """A machine and how it stands, from SI."""
     x, y, z = (f"{1e3 * float(v) + 0.0:g}" for v in position)

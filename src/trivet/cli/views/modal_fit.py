@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from trivet.cli.views.layout import table
-from trivet.cli.views.si import finite
-from trivet.measure.channels import written
+from trivet.cli.views.layout import more, table
+from trivet.cli.views.si import channel_keys, finite, function_keys
 from trivet.measure.modal.model import CONFIDENCE, ModalFit
 
 FUNCTIONS = 12
@@ -89,8 +88,7 @@ def _functions(result: ModalFit) -> Any:
             f"{result.frac[o, i]:.4f}",
             f"{100 * result.noise_part[o, i]:.2g}",
         )
-    if len(places) > FUNCTIONS:
-        found.add_row(f"and {len(places) - FUNCTIONS} more with --json")
+    more(found, len(places), FUNCTIONS)
     return found
 
 
@@ -104,14 +102,14 @@ def as_json(result: ModalFit) -> dict[str, Any]:
         "highest_order": int(result.diagram.order.max(initial=0)),
         "modes_chosen": "by the program" if result.is_automatic else "by the user",
         "confidence": CONFIDENCE,
-        "responses": [written(channel) for channel in result.responses],
-        "references": [written(channel) for channel in result.references],
+        "responses": [channel_keys(channel) for channel in result.responses],
+        "references": [channel_keys(channel) for channel in result.references],
         "modes": [
             {
                 "frequency_Hz": float(result.frequency[k]),
                 "frequency_interval_Hz": float(result.frequency_interval[k]),
-                "damping": float(result.damping[k]),
-                "damping_interval": float(result.damping_interval[k]),
+                "damping_ratio": float(result.damping[k]),
+                "damping_ratio_interval": float(result.damping_interval[k]),
                 "pole_rad_per_s": _pair(result.poles[k]),
                 "pole_number": int(result.group[k]) + 1,
                 "collinearity": float(result.collinearity[k]),
@@ -124,9 +122,7 @@ def as_json(result: ModalFit) -> dict[str, Any]:
         ],
         "functions": [
             {
-                "response": written(result.responses[o]),
-                "reference": written(result.references[i]),
-                "motion": str(result.motions[o, i]),
+                **function_keys(result.responses[o], result.references[i], result.motions[o, i]),
                 "frac": finite(float(result.frac[o, i])),
                 "noise": finite(float(result.noise_part[o, i])),
                 "upper_residual_m_per_N": _pair(result.linear.upper[o, i]),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
+    from trivet.measure.functions import Channel, Functions
     from trivet.study.frf import Minimum
 
 
@@ -32,6 +33,21 @@ def pose_keys(position: Sequence[float], angles: Sequence[float]) -> dict[str, A
     """A pose."""
     azimuth, tilt, roll = angles
     return {"position_m": [float(c) for c in position], "azimuth_rad": azimuth, "tilt_rad": tilt, "roll_rad": roll}
+
+
+def channel_keys(channel: Channel) -> dict[str, Any]:
+    """A sensor or an exciter."""
+    return {"point": channel.point, "direction": list(channel.direction), "is_rotation": channel.is_rotation}
+
+
+def function_keys(response: Channel, reference: Channel, motion: str) -> dict[str, Any]:
+    """Which measured function it is."""
+    return {"response": channel_keys(response), "reference": channel_keys(reference), "motion": str(motion)}
+
+
+def functions_json(functions: Functions) -> list[dict[str, Any]]:
+    """Which each is."""
+    return [function_keys(*one) for one in zip(functions.responses, functions.references, functions.motions, strict=True)]
 
 
 def minima_json(minima: Iterable[Minimum]) -> list[dict[str, Any]]:

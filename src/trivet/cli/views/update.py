@@ -6,10 +6,9 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-import numpy as np
-
-from trivet.cli.views.layout import table
-from trivet.cli.views.si import finite
+from trivet.cli.views.layout import more, table
+from trivet.cli.views.likeness import criteria, means
+from trivet.cli.views.si import finite, functions_json
 from trivet.measure.correction.identifiability import Direction, NextPoint
 from trivet.model.quantity import Quantity
 from trivet.study.update import Compared, Update
@@ -96,20 +95,12 @@ def combination(result: Update, direction: Direction) -> str:
 
 def _functions(title: str, compared: Compared) -> Any:
     found = table(title, "response / reference", "FRAC before", "after", "FAAC before", "after")
+    all_four = *compared.frac, *compared.faac
     for k, label in enumerate(compared.measured.labels[:ROWS]):
-        found.add_row(label, *(_criterion(float(values[k])) for values in (*compared.frac, *compared.faac)))
-    if len(compared.measured) > ROWS:
-        found.add_row(f"and {len(compared.measured) - ROWS} more with --json", *[""] * 4)
-    found.add_row("in the mean", *(_criterion(_mean(values)) for values in (*compared.frac, *compared.faac)))
+        found.add_row(label, *criteria(all_four, k))
+    more(found, len(compared.measured), ROWS)
+    found.add_row("in the mean", *means(all_four))
     return found
-
-
-def _criterion(value: float) -> str:
-    return "" if math.isnan(value) else f"{value:.4f}"
-
-
-def _mean(values: np.ndarray) -> float:
-    return float(np.nanmean(values)) if np.isfinite(values).any() else math.nan
 
 
 def _modes(result: Update) -> Any:
@@ -177,14 +168,14 @@ def as_json(result: Update, further: bool = False) -> dict[str, Any]:
 def _compared(compared: Compared) -> list[dict[str, Any]]:
     frac, faac = compared.frac, compared.faac
     return [
-        {
-            "function": label,
-            "frac_before": finite(float(frac[0][k])),
-            "frac_after": finite(float(frac[1][k])),
-            "faac_before": finite(float(faac[0][k])),
-            "faac_after": finite(float(faac[1][k])),
+        one
+        | {
+            "frac_before": finite(frac[0][k]),
+            "frac_after": finite(frac[1][k]),
+            "faac_before": finite(faac[0][k]),
+            "faac_after": finite(faac[1][k]),
         }
-        for k, label in enumerate(compared.measured.labels)
+        for k, one in enumerate(functions_json(compared.measured))
     ]
 
 
