@@ -25,9 +25,10 @@ from trivet.space.pose import zyz_frame
 from trivet.statics.assembly import PLATFORM, assemble
 from trivet.statics.structure import structural_stiffness
 from trivet.study.lock_advice import LocksAdvised, Search, advise_locks
-from trivet.study.lock_measures import measure
-from trivet.study.lock_search import Poses, looked, over_poses, slopes_at, turned, with_best_rolls
+from trivet.study.lock_measures import Goal, measure
+from trivet.study.lock_search import with_best_rolls
 from trivet.study.lock_task import task_of
+from trivet.study.lock_values import Poses, looked, over_poses, slopes_at, turned
 from trivet.study.locks import lock_sets, with_drives_locked
 from trivet.study.pathfile import PathFile, PathPose
 from trivet.study.redundant import RedundantPath, redundant_path
@@ -269,7 +270,7 @@ def test_pieces_together_are_the_locked_machine() -> None:
         "travel": min(margins),
     }
     for name, wanted in expected.items():
-        found, own = looked(measure(free(), name), chosen, values[None], poses.frames, poses.rolls)
+        found, own = looked(measure(free(), Goal(name)), chosen, values[None], poses.frames, poses.rolls)
         assert found.min() == pytest.approx(wanted, rel=1e-6 if name == "K_zz" else 1e-9), name
         assert own[0] == pytest.approx(margins, rel=1e-9)
 
@@ -281,7 +282,7 @@ def test_a_drive_that_holds_yields_as_one_that_is_locked() -> None:
     poses = task().some(np.array([0]))
     assert poses.rolls is not None
     low, high = 50.0, 300.0
-    found, _ = looked(measure(free(), "D_zz", low, high), chosen, values[None], poses.frames, poses.rolls)
+    found, _ = looked(measure(free(), Goal("D_zz", low, high)), chosen, values[None], poses.frames, poses.rolls)
     locked = with_drives_locked(free(), dict(zip(names, values.tolist(), strict=True)))
     pose = jax.tree.map(lambda c: float(c[0]), turned(poses.frames, poses.rolls))
     mesh = exact_mesh(assemble(locked, pose, np.array([way.signs for way in chosen])), 2 * math.pi * high)
@@ -296,7 +297,7 @@ def test_a_drive_that_holds_yields_as_one_that_is_locked() -> None:
 @pytest.mark.parametrize("name", ["K_zz", "sigma_min", "travel"])
 def test_slopes_by_differences(name: str) -> None:
     chosen, values = held_at(*MIXED)
-    asked, poses = measure(free(), name), task()
+    asked, poses = measure(free(), Goal(name)), task()
     assert poses.rolls is not None
     both = np.tile(values, (2, 1))
     by, margins = slopes_at(asked, chosen, both, poses.frames, poses.rolls, by_roll=True)
@@ -314,14 +315,14 @@ def test_brute_force_finds_nothing_better(objective: str) -> None:
     fine = task_of(_rows(family, np.linspace(1, 3, 33))).poses
     assert fine.rolls is not None
     for advice in found.reached:
-        assert advice.place is not None
-        own = advice.place.ways[0]
+        assert advice.holding is not None
+        own = advice.holding.ways[0]
         best = -np.inf
         for way in ways(found.machine, 0, own.joints):
-            every = (way, *advice.place.ways[1:])
+            every = (way, *advice.holding.ways[1:])
             grid = np.linspace(way.low, way.high, 401)
             best = max(best, float(over_poses(asked, every, grid, fine.frames, fine.rolls).min(axis=1).max()))
-        at_best = float(over_poses(asked, advice.place.ways, advice.place.values[None], fine.frames, fine.rolls).min())
+        at_best = float(over_poses(asked, advice.holding.ways, advice.holding.values[None], fine.frames, fine.rolls).min())
         assert advice.value >= best * (1 - 1e-6), (objective, advice.locks.name)
         assert at_best == pytest.approx(advice.value, rel=1e-3)  # between the poses that were looked at nothing is much worse
     values = [advice.value for advice in found.reached]
@@ -338,7 +339,7 @@ def _rows(family: Family, at: np.ndarray) -> list[list[float]]:
 def test_copies_give_equal_values_where_the_task_is_alike() -> None:
     sets = lock_sets("rmmt")
     own = next(group for group in sets.groups.values() if group[0].is_whole and len(group) == 3)
-    search = Search(sets.machine, measure(sets.machine, "K_zz"), task_of([[0.0, 0.0, 0.125, 0.0, 0.0, 0.1]]), None)
+    search = Search(sets.machine, measure(sets.machine, Goal("K_zz")), task_of([[0.0, 0.0, 0.125, 0.0, 0.0, 0.1]]), None)
     values = [search.advise(one).value for one in own]
     assert values == pytest.approx([values[0]] * 3, rel=1e-6)
 
@@ -347,21 +348,21 @@ def test_rolls_that_are_free_are_best_at_every_pose() -> None:
     family = t.over_hemisphere(0.121, 0.004, 1)
     found = advise_locks(fewer("leg-1"), family, "K_zz")
     assert found.task.roll == "best"
-    place = found.best.place
-    assert place is not None
+    holding = found.best.holding
+    assert holding is not None
     turns = np.linspace(0, 2 * math.pi, 360, endpoint=False)
     for pose in range(len(found.task.poses)):
         one = found.task.poses.some(np.full(360, pose))
-        values = over_poses(found.measure, place.ways, place.values[None], one.frames, turns)[0]
-        assert place.least[pose] >= values.max() * (1 - 1e-9)
-    level = with_best_rolls(found.measure, place._replace(values=place.values * 0.5), found.task.poses)
+        values = over_poses(found.measure, holding.ways, holding.values[None], one.frames, turns)[0]
+        assert holding.least[pose] >= values.max() * (1 - 1e-9)
+    level = with_best_rolls(found.measure, holding._replace(values=holding.values * 0.5), found.task.poses)
     assert level.value <= found.best.value * (1 + 1e-9)
 
 
 def test_advice_names_the_pose_and_the_joint_that_is_not_reached() -> None:
     turned_far = [[0.0, 0.0, 0.125, 0.0, 0.0, 0.0], [0.0, 0.0, 0.125, 0.0, 0.0, 0.9]]
     found = advise_locks(fewer("leg-1"), turned_far, "travel")
-    lost = {advice.locks.name: advice for advice in found.advices if advice.place is None}
+    lost = {advice.locks.name: advice for advice in found.advices if advice.holding is None}
     for drive in ("leg-1.tangential", "leg-1.radial"):
         assert "leg-1.guide at" in lost[drive].reason or "cannot close" in lost[drive].reason
         missed = lost[drive].missed
@@ -377,7 +378,7 @@ def test_advice_names_the_pose_and_the_joint_that_is_not_reached() -> None:
 def test_all_drives_at_work_are_between_the_best_locks_and_every_pose_by_itself() -> None:
     found = redundant()
     known = np.isfinite(found.alone)
-    assert known.sum() == len(found.place) // 2 + 1
+    assert known.sum() == len(found.along) // 2 + 1
     assert found.least >= found.locked_least
     assert np.all(found.value[known] <= found.alone[known] * (1 + 1e-9))
     assert found.least <= found.bound * (1 + 1e-9)
@@ -388,7 +389,7 @@ def test_all_drives_at_work_are_between_the_best_locks_and_every_pose_by_itself(
 def test_drives_along_a_path_stand_where_the_platform_is_and_keep_to_their_rate() -> None:
     found = redundant()
     columns = {name: found.coordinates[:, k] for k, name in enumerate(found.drives)}
-    part = found.place - 1
+    part = found.along - 1
     for name in found.spare:
         joint = next(e for leg in found.machine.legs for e in leg.chain.elements if f"{leg.name}.{e.name}" == name)
         assert isinstance(joint, Drivable)
@@ -406,7 +407,7 @@ def test_drives_along_a_path_stand_where_the_platform_is_and_keep_to_their_rate(
 def test_a_slower_drive_gives_less() -> None:
     slow = redundant_path(fewer("leg-1"), to_and_fro(), "K_zz", rate=0.3)
     guide = slow.coordinates[:, slow.drives.index("leg-1.guide")]
-    rates = np.abs(np.diff(guide) / np.diff(slow.place - 1)) / math.radians(40)
+    rates = np.abs(np.diff(guide) / np.diff(slow.along - 1)) / math.radians(40)
     assert rates.max() <= 0.3 * (1 + 1e-6)
     assert rates.max() > 0.2
     assert slow.locked_least < slow.least < redundant().least

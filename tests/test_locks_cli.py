@@ -92,7 +92,7 @@ def test_all_drives_as_tables_figures_and_data(trivet: Any, files: tuple[str, st
     assert f"{own.least / 1e6:.5g} N/µm" in out
     assert re.search(rf"^best locks +{own.locked_least / 1e6:.5g} N/µm +leg-1.guide=", out, re.MULTILINE)
     with xr.open_dataset(kept, engine="h5netcdf") as data:
-        assert data["joint_coordinate"].shape == (17, 7) == (len(own.place), len(own.drives))
+        assert data["joint_coordinate"].shape == (17, 7) == (len(own.along), len(own.drives))
         assert np.allclose(data["value"], own.value, rtol=1e-9)
         assert float(data["value"].min()) == pytest.approx(own.least)
         assert data["joint_coordinate"].sel(drive="leg-1.guide").values == pytest.approx(own.coordinates[:, 0], abs=1e-9)
@@ -115,6 +115,7 @@ def test_a_pose_with_travel_in_words(trivet: Any, files: tuple[str, str]) -> Non
 
 
 REDUNDANT = "--path", "PATH", "--redundant"
+DYNAMIC = "MACHINE", "--tilt", "1 deg", "--objective", "D_zz"
 
 
 @pytest.mark.parametrize(
@@ -130,7 +131,22 @@ REDUNDANT = "--path", "PATH", "--redundant"
         (("MACHINE", "--path", "PATH", "--roll", "0 deg"), 2, "one task at a time"),
         (("MACHINE", "--steps", "3"), 2, "--steps: of a path or a hemisphere"),
         (("MACHINE", "--radius", "3 mm"), 2, "--radius, --height: of the hemisphere"),
-        (("MACHINE", "--figure", "a.png"), 2, "--figure, --data: show advice for a task"),
+        (("MACHINE", "--figure", "a.png"), 2, "--figure: of advice for a task; give --path, --hemisphere or a pose"),
+        (
+            ("MACHINE", "--objective", "banana", "--modes", "some", "--loss-factor", "-3"),
+            2,
+            "--objective, --modes, --loss-factor: of advice for a task",
+        ),
+        (("MACHINE", "--from", "1 Hz"), 2, "--from: of advice for a task"),
+        (
+            ("MACHINE", "--tilt", "1 deg", "--loss-factor", "0"),
+            2,
+            "--loss-factor: of a dynamic stiffness; choose an --objective",
+        ),
+        ((*DYNAMIC, "--loss-factor", "-1"), 2, "loss factor: -1; expected 0 or more, and below 2"),
+        ((*DYNAMIC, "--loss-factor", "nan"), 2, "loss factor: nan; expected 0 or more, and below 2"),
+        ((*DYNAMIC, "--loss-factor", "0"), 2, "loss factor: 0; expected 1e-08 or more"),
+        ((*DYNAMIC, "--from", "1 kHz", "--to", "5 Hz"), 2, "frequencies: 1000 Hz to 5 Hz; expected a range that rises"),
         (("MACHINE", "--path", "absent.toml"), 2, "absent.toml"),
         (("MACHINE", "--hemisphere", "--objective", "D_xx"), 2, "wants rolls that are known"),
         (("MACHINE", "--hemisphere", "--roll", "half"), 2, '--roll "half"'),

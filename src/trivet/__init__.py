@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from trivet.study.frf import FrequencyResponse, Minimum, frf, minimum_dynamic_stiffness
     from trivet.study.lobes import Lobes, LobesAlong, lobes, lobes_along
     from trivet.study.lock_advice import LocksAdvised, advise_locks
+    from trivet.study.lock_measures import Goal
     from trivet.study.locks import LockSets, lock_sets
     from trivet.study.machines import switched
     from trivet.study.mode_paths import ModePaths, modes_along
@@ -111,6 +112,7 @@ _HOMES = {
     "trivet.study.frf": ("FrequencyResponse", "Minimum", "frf", "minimum_dynamic_stiffness"),
     "trivet.study.lobes": ("Lobes", "LobesAlong", "lobes", "lobes_along"),
     "trivet.study.lock_advice": ("LocksAdvised", "advise_locks"),
+    "trivet.study.lock_measures": ("Goal",),
     "trivet.study.locks": ("LockSets", "lock_sets"),
     "trivet.study.machines": ("switched",),
     "trivet.study.mode_paths": ("ModePaths", "modes_along"),
@@ -139,9 +141,9 @@ _HOMES = {
 
 __all__ = [
     "Atlas", "Change", "Channel", "Comparison", "ConePlan", "Correlation", "Cut", "DynamicComparison", "DynamicsReport",
-    "Family", "Forward", "Free", "FrequencyResponse", "Functions", "InputError", "Limits", "Loading", "Lobes", "LobesAlong",
-    "LockSets", "LocksAdvised", "Machine", "Minimum", "ModalFit", "ModePaths", "ModesReport", "MotionReport", "NoResultError",
-    "OrientationReport", "Plan", "PlanStudy", "PoseReport", "RedundantPath", "Simulation", "SingularityMap",
+    "Family", "Forward", "Free", "FrequencyResponse", "Functions", "Goal", "InputError", "Limits", "Loading", "Lobes",
+    "LobesAlong", "LockSets", "LocksAdvised", "Machine", "Minimum", "ModalFit", "ModePaths", "ModesReport", "MotionReport",
+    "NoResultError", "OrientationReport", "Plan", "PlanStudy", "PoseReport", "RedundantPath", "Simulation", "SingularityMap",
     "SingularityReport", "SolidCheck", "StiffnessMap", "Surface", "TiltReport", "TiltStudy", "Trajectory", "TrivetError",
     "Update", "WorkspaceReport", "WorkspaceStudy", "advice", "advise_locks", "along", "along_path", "atlas", "catalogue",
     "circle", "compare", "compare_dynamics", "cone", "correlate", "dimensions", "dynamics_report", "figure", "fit_modes",

@@ -53,6 +53,13 @@ def _options(group: Any) -> Iterator[inspect.Parameter]:
         yield inspect.Parameter(field.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=hints[field.name])
 
 
+def given(group: Any) -> list[str]:
+    """The options of a group that are given, as people write them."""
+    hints = get_type_hints(type(group), include_extras=True)
+    changed = (field.name for field in fields(group) if getattr(group, field.name) != field.default)
+    return [hints[name].__metadata__[0].default for name in changed]
+
+
 @dataclass(frozen=True)
 class Model:
     """Switches of the model of stiffness."""
@@ -179,11 +186,37 @@ class Hemisphere:
 
 
 @dataclass(frozen=True)
+class FrequencyRange:
+    """Over which frequencies, and with which damping, a dynamic stiffness is least; as the study has it where none is given."""
+
+    low: Annotated[str | None, typer.Option("--from", help="Of a dynamic stiffness.  [default: 5 Hz]", metavar="FREQUENCY")] = (
+        None
+    )
+    high: Annotated[
+        str | None, typer.Option("--to", help="Of a dynamic stiffness.  [default: 3000 Hz]", metavar="FREQUENCY")
+    ] = None
+    loss_factor: Annotated[
+        float | None,
+        typer.Option("--loss-factor", help="Of a dynamic stiffness: of all that has none of its own.  [default: 0.02]"),
+    ] = None
+
+    def numbers(self) -> dict[str, float]:
+        """What is given of low and high (Hz) and loss_factor, as the studies take it."""
+        ends = (("--from", self.low), ("--to", self.high))
+        low, high = (o.quantity(option, text, "frequency", "Hz", True) for option, text in ends)
+        known = {"low": low, "high": high, "loss_factor": self.loss_factor}
+        return {name: value for name, value in known.items() if value is not None}
+
+
+@dataclass(frozen=True)
 class Measurement:
     """How a measurement is set beside a machine."""
 
-    points: Annotated[
-        str, typer.Option("--points", help="Where the measured points lie on the machine: a set-up file.", metavar="FILE.toml")
+    setup_file: Annotated[
+        str,
+        typer.Option(
+            "--setup", help="A file of the test set-up: where the measured points lie on the machine.", metavar="FILE.toml"
+        ),
     ]
     fit: Annotated[
         str | None, typer.Option("--fit", help="Modes fitted to them, as measure fit --data writes them.", metavar="FILE.nc")
@@ -199,13 +232,14 @@ class Measurement:
 
     def ends(self) -> tuple[float | None, float | None]:
         """Lowest and highest frequency (Hz)."""
-        return o.quantity("--from", self.lowest, "frequency", "Hz"), o.quantity("--to", self.highest, "frequency", "Hz")
+        low = o.quantity("--from", self.lowest, "frequency", "Hz", positive=True)
+        return low, o.quantity("--to", self.highest, "frequency", "Hz", positive=True)
 
     def setup(self) -> Setup:
         """Where the points lie."""
         from trivet.measure.machine.setup import read_setup
 
-        return read_setup(self.points)
+        return read_setup(self.setup_file)
 
     def modes(self) -> FittedModes | None:
         """The fitted modes, where there are any."""

@@ -42,8 +42,8 @@ class Held:
     """A chain with drives held, in a working mode; its leg is locked somewhere, to be moved by the kernels."""
 
     machine: Machine
-    place: int
-    """Number of the chain."""
+    number: int
+    """Of the chain."""
     leg: Leg
     joints: tuple[str, ...]
     """The held drives."""
@@ -124,19 +124,19 @@ def over_rows(kernel: Callable[[Any], Any], cases: Any) -> Any:
     return jax.tree.map(lambda c: np.asarray(c)[:count], kernel(jax.tree.unflatten(jax.tree.structure(cases), filled)))
 
 
-def ways(machine: Machine, place: int, joints: Sequence[str], only: Array | None = None) -> list[Held]:
+def ways(machine: Machine, number: int, joints: Sequence[str], only: Array | None = None) -> list[Held]:
     """A chain with drives held, in every working mode that it then has.
 
     Args:
         machine: the machine, its drives free.
-        place: number of the chain.
+        number: of the chain.
         joints: the drives to hold, each with a travel.
         only: (2,) signs of the one working mode that is wanted; all when not given.
 
     Raises:
         InputError: the chain so held has no inverse kinematics in closed form, or a drive has no travel.
     """
-    leg = machine.legs[place]
+    leg = machine.legs[number]
     travels = []
     for e in leg.chain.elements:
         if e.name in joints:
@@ -156,7 +156,7 @@ def ways(machine: Machine, place: int, joints: Sequence[str], only: Array | None
         for branch, sign in zip(own, signs, strict=True):
             full[branch] = sign
         if only is None or all(full[b] == only[b] for b in own):
-            chosen.append(Held(machine, place, held, names, (full[0], full[1]), low, high))
+            chosen.append(Held(machine, number, held, names, (full[0], full[1]), low, high))
     return chosen
 
 

@@ -12,12 +12,11 @@ import numpy as np
 from trivet.files import replacing
 from trivet.model.elements import Drivable
 from trivet.show.maps import check_suffix
-from trivet.show.palette import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION
+from trivet.show.palette import BLUE, GREEN, GRID, ORANGE, PURPLE, SKY, VERMILLION
 from trivet.study.lock_advice import LocksAdvised
 from trivet.study.lock_measures import Measure
 from trivet.study.redundant import RedundantPath
 
-GRID = "#EBEBEB"
 SERIES = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILLION)
 DASHES = {"solid": "-", "dash": "--", "dot": ":"}
 MOST_BARS = 30
@@ -64,7 +63,7 @@ def bars(result: LocksAdvised) -> tuple[list[str], np.ndarray, np.ndarray]:
     """Names of the lock sets that reach the task, the least value of each and the greatest over the task, the best first."""
     factor, _ = scale(result.measure)
     shown = result.reached[:MOST_BARS]
-    most = [factor * float(a.place.least.max()) for a in shown if a.place is not None]
+    most = [factor * float(a.holding.least.max()) for a in shown if a.holding is not None]
     return [a.locks.name for a in shown], factor * np.array([a.value for a in shown]), np.array(most)
 
 
@@ -73,9 +72,9 @@ def value_curves(result: RedundantPath) -> list[Curve]:
     factor, _ = scale(result.fixed.measure)
     known = np.isfinite(result.alone)
     return [
-        Curve("every pose by itself", result.place[known], factor * result.alone[known], ORANGE, "dot"),
-        Curve("all drives at work", result.place, factor * result.value, BLUE, "solid"),
-        Curve("best locks", result.place, factor * result.on_locks, VERMILLION, "dash"),
+        Curve("every pose by itself", result.along[known], factor * result.alone[known], ORANGE, "dot"),
+        Curve("all drives at work", result.along, factor * result.value, BLUE, "solid"),
+        Curve("best locks", result.along, factor * result.on_locks, VERMILLION, "dash"),
     ]
 
 
@@ -91,7 +90,7 @@ def drive_curves(result: RedundantPath) -> list[Curve]:
             chains.index(name.partition(".")[0]),
             sum(n.partition(".")[0] == name.partition(".")[0] for n in result.drives[:k]),
         )
-        found.append(Curve(name, result.place, (own - low) / width, SERIES[place % len(SERIES)], [*DASHES][rank % len(DASHES)]))
+        found.append(Curve(name, result.along, (own - low) / width, SERIES[place % len(SERIES)], [*DASHES][rank % len(DASHES)]))
     return found
 
 

@@ -156,9 +156,7 @@ def frf(
         raise InputError(f"method '{method}' is not known{nearest(method, METHODS)}")
     if damping not in ("structural", "modal"):
         raise InputError(f"damping '{damping}' is not known{nearest(damping, ('structural', 'modal'))}")
-    if not (math.isfinite(low) and math.isfinite(high) and 0 < low < high <= HIGHEST):
-        expected = f"expected a range that rises from above 0 Hz, up to {HIGHEST:g} Hz"
-        raise InputError(f"frequencies: {low:g} Hz to {high:g} Hz; {expected}")
+    check_range(low, high)
     if not 2 <= points <= MOST_FREQUENCIES:
         raise InputError(f"points: {points}; expected 2 to {MOST_FREQUENCIES} frequencies")
     check_loss_factor(loss_factor)
@@ -179,6 +177,13 @@ def frf(
         damping=damping,
     )
     return FrequencyResponse(at, frequency, answer, response, excitation, method, damping, loss_factor, natural)
+
+
+def check_range(low: float, high: float) -> None:
+    """Refuse frequencies (Hz) that are no range to look at."""
+    if not 0 < low < high <= HIGHEST:
+        expected = f"expected a range that rises from above 0 Hz, up to {HIGHEST:g} Hz"
+        raise InputError(f"frequencies: {low:g} Hz to {high:g} Hz; {expected}")
 
 
 def minimum_dynamic_stiffness(

@@ -19,25 +19,17 @@ from trivet.kinematics.mode import parse_mode
 from trivet.model import Machine
 from trivet.model.elements import Drivable
 from trivet.space.frame import Frame
-from trivet.study.lock_measures import DYNAMIC, Measure, measure
-from trivet.study.lock_search import (
-    Miss,
-    Place,
-    Poses,
-    Table,
-    picked,
-    polished,
-    split,
-    starts,
-    table,
-    turned,
-    with_best_rolls,
-)
+from trivet.study.lock_grid import Miss, Table, starts, table
+from trivet.study.lock_measures import Goal, Measure, measure
+from trivet.study.lock_search import polished, with_best_rolls
 from trivet.study.lock_task import BEST, Task, TaskLike, task_of
+from trivet.study.lock_values import Holding, Poses, picked, split, turned
 from trivet.study.locks import LockSet, LockSets, lock_sets, with_drives_locked
 from trivet.study.machines import MachineLike, choose
 
 Array = NDArray[Any]
+Modes = Literal["all", "own"]
+"""Working modes that are looked at: every one that a lock set has, or the machine's own where a choice is one of its."""
 
 ROUNDS = 3
 """How often poses between those of the task that turn out worse join the search."""
@@ -76,7 +68,7 @@ class LockAdvice:
     """Why some pose is not reached; empty where all are."""
     missed: WorstPose | None
     """The pose that is not reached."""
-    place: Place | None
+    holding: Holding | None
     """Where the drives are held, at the poses of the task; the measure there."""
     value: float
     """The least of the measure over the task and the poses between; NaN where some pose is not reached."""
@@ -87,17 +79,17 @@ class LockAdvice:
     @property
     def coordinates(self) -> dict[str, float]:
         """Where the drives are locked, m or rad."""
-        if self.place is None:
+        if self.holding is None:
             return {}
-        names = [name for way in self.place.ways for name in way.drives]
-        return dict(zip(names, self.place.values.tolist(), strict=True))
+        names = [name for way in self.holding.ways for name in way.drives]
+        return dict(zip(names, self.holding.values.tolist(), strict=True))
 
     @property
     def mode(self) -> str:
         """The working mode, as the locked machine has it."""
-        if self.place is None:
+        if self.holding is None:
             return ""
-        groups = ["".join("+" if way.signs[b] > 0 else "-" for b in branches(way.leg)) for way in self.place.ways]
+        groups = ["".join("+" if way.signs[b] > 0 else "-" for b in branches(way.leg)) for way in self.holding.ways]
         return " ".join(group for group in groups if group)
 
 
@@ -119,7 +111,7 @@ class LocksAdvised:
     @cached_property
     def reached(self) -> tuple[LockAdvice, ...]:
         """Sets that reach the whole task."""
-        return tuple(advice for advice in self.advices if advice.place is not None)
+        return tuple(advice for advice in self.advices if advice.holding is not None)
 
     @property
     def best(self) -> LockAdvice:
@@ -135,14 +127,11 @@ class LocksAdvised:
 def advise_locks(
     machine: MachineLike,
     task: TaskLike,
-    objective: str = "K_xx",
+    goal: Goal | str = "K_xx",
     *,
     roll: str | float | None = None,
-    modes: Literal["all", "own"] = "all",
-    low: float = 5.0,
-    high: float = 3000.0,
-    loss_factor: float = 0.02,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    modes: Modes = "all",
+    progress: Callable[[str, int, int], None] = lambda doing, done, total: None,
 ) -> LocksAdvised:
     """Which drives to lock, and where, so that the least of a measure over a task is greatest.
 
@@ -153,21 +142,21 @@ def advise_locks(
     Args:
         machine: machine, name or file, with more drives than six.
         task: a family of poses (a path, a surface), or a list of (x, y, z, azimuth, tilt, roll) in m and rad.
-        objective: of the stiffness ("K_xx", "1/C_zz", ...), "D_xx" for the least dynamic stiffness, "sigma_min", or "travel".
-        roll: where the task leaves the roll open: "best" for the objective (also when not given), "-alpha", or an angle (rad).
-        modes: every working mode that a lock set has, or the machine's own where a choice is one of its.
-        low, high, loss_factor: range of frequencies (Hz) and damping, of a dynamic stiffness.
-        progress: called with the sets that are done, and all of them.
+        goal: what is to be great, or its objective alone: "K_xx", "1/C_zz", ..., "D_xx", "sigma_min", or "travel".
+        roll: where the task leaves the roll open: "best" for the goal (also when not given), "-alpha", or an angle (rad).
+        modes: which working modes are looked at.
+        progress: called with what is done, and how much of how many.
 
     Raises:
-        InputError: a machine with no drive to spare, an unknown objective, or a dynamic stiffness with a free roll.
+        InputError: a machine with no drive to spare, a goal that is none, or a dynamic stiffness with a free roll.
         NoResultError: no lock set reaches the whole task.
     """
     chosen = choose(machine)
     free = chosen.with_free_drives()
-    asked, own = measure(free, objective, low, high, loss_factor), task_of(task, roll)
-    if own.roll == BEST and objective.startswith(DYNAMIC):
-        raise InputError(f"objective {objective}: wants rolls that are known; give the roll as an angle or -alpha")
+    goal = Goal(goal) if isinstance(goal, str) else goal
+    asked, own = measure(free, goal), task_of(task, roll)
+    if own.roll == BEST and goal.is_dynamic:
+        raise InputError(f"objective {goal.objective}: wants rolls that are known; give the roll as an angle or -alpha")
     if modes not in ("all", "own"):
         raise InputError(f"modes '{modes}': expected all, or own for the machine's")
     sets = lock_sets(chosen)
@@ -177,12 +166,12 @@ def advise_locks(
     search = Search(free, asked, own, signs)
     found = []
     for k, one in enumerate(sets.whole):
-        progress(k, len(sets.whole))
+        progress("lock sets", k, len(sets.whole))
         found.append(search.advise(one))
-    progress(len(sets.whole), len(sets.whole))
-    order = sorted(range(len(found)), key=lambda k: (found[k].place is None, -found[k].value if found[k].place else 0.0))
+    progress("lock sets", len(sets.whole), len(sets.whole))
+    order = sorted(range(len(found)), key=lambda k: (found[k].holding is None, -found[k].value if found[k].holding else 0.0))
     advices = tuple(found[k] for k in order)
-    if advices[0].place is None:
+    if advices[0].holding is None:
         raise NoResultError(
             f"{free.name}: no lock set reaches all of the task ({own.name}); with {advices[0].locks.name}: {advices[0].reason}"
         )
@@ -209,14 +198,14 @@ class Search:
             InputError: a chain has no closed form then, or a drive no travel.
         """
         made = []
-        for place, leg in enumerate(self.machine.legs):
+        for number, leg in enumerate(self.machine.legs):
             joints = [name.partition(".")[2] for name in locks.drives if name.partition(".")[0] == leg.name]
-            made.append(ways(self.machine, place, joints, None if self.signs is None else self.signs[place]))
+            made.append(ways(self.machine, number, joints, None if self.signs is None else self.signs[number]))
         return made
 
     def table(self, held: list[Held]) -> Table | Miss:
         """A chain over the poses of the task."""
-        key = held[0].place, held[0].joints
+        key = held[0].number, held[0].joints
         if key not in self._tables:
             self._tables[key] = table(self.asked, held, self.task.poses)
         return self._tables[key]
@@ -229,51 +218,51 @@ class Search:
             return _failed(locks, str(error))
         poses = self.task.poses
         tables = [self.table(own) for own in held]
-        found: list[Place] = []
+        best: Holding | None = None
         for _ in range(ROUNDS):
             made = []
             for known in tables:
                 if isinstance(known, Miss):
                     return _failed(locks, known.reason, _pose(poses, known.pose))
                 made.append(known)
-            more = [again for place in found if np.all(np.isfinite((again := with_best_rolls(self.asked, place, poses)).least))]
-            begun = more or starts(self.asked, made, poses)
+            again = None if best is None else with_best_rolls(self.asked, best, poses)
+            begun = [again] if again is not None and math.isfinite(again.value) else starts(self.asked, made, poses)
             if not begun:
                 return _failed(locks, "each chain reaches all poses, yet not with the same rolls")
             best = polished(self.asked, begun, poses)
             worse = self._worse(best)
-            found = [best]
             if not len(worse):
                 break
             poses = poses.with_more(self.task.checked.some(worse))
             tables = [table(self.asked, own, poses) for own in held]
+        assert best is not None
         return self._summed_up(locks, best)
 
-    def _worse(self, place: Place) -> Array:
+    def _worse(self, holding: Holding) -> Array:
         """Which poses between those of the task are worse, the worst first."""
-        least = with_best_rolls(self.asked, place, self.task.checked).least
+        least = with_best_rolls(self.asked, holding, self.task.checked).least
         order = np.argsort(least, kind="stable")[:JOINING]
-        found: Array = order[~(least[order] >= place.value - WORSE * abs(place.value))]
+        found: Array = order[~(least[order] >= holding.value - WORSE * abs(holding.value))]
         return found
 
-    def _summed_up(self, locks: LockSet, place: Place) -> LockAdvice:
-        on_task = with_best_rolls(self.asked, place, self.task.poses)
-        between = with_best_rolls(self.asked, place, self.task.checked)
+    def _summed_up(self, locks: LockSet, holding: Holding) -> LockAdvice:
+        on_task = with_best_rolls(self.asked, holding, self.task.poses)
+        between = with_best_rolls(self.asked, holding, self.task.checked)
         both, least = self.task.poses.with_more(self.task.checked), np.concatenate([on_task.least, between.least])
         known = replace(both, rolls=np.concatenate([on_task.rolls, between.rolls]))
         worst = _pose(known, int(np.argmin(least)))
         if not np.all(np.isfinite(least)):
             first = int(np.argmin(least))
-            parts = split(place.ways, place.values)
+            parts = split(holding.ways, holding.values)
             one = _frame(known, first)
-            reasons = [way.miss(own, one) for way, own in zip(place.ways, parts, strict=True)]
+            reasons = [way.miss(own, one) for way, own in zip(holding.ways, parts, strict=True)]
             return _failed(locks, next((r for r in reasons if r), "a chain does not close between the poses"), worst)
-        return LockAdvice(locks, "", None, on_task, float(least.min()), worst, self._binding(place, known))
+        return LockAdvice(locks, "", None, on_task, float(least.min()), worst, self._binding(holding, known))
 
-    def _binding(self, place: Place, poses: Poses) -> tuple[Binding, ...]:
+    def _binding(self, holding: Holding, poses: Poses) -> tuple[Binding, ...]:
         assert poses.rolls is not None
         found = []
-        for way, own in zip(place.ways, split(place.ways, place.values), strict=True):
+        for way, own in zip(holding.ways, split(holding.ways, holding.values), strict=True):
             for joint, margins in way.margins(np.tile(own, (len(poses), 1)), poses.frames, poses.rolls).items():
                 at = int(np.argmin(margins))
                 if margins[at] < BINDING:
@@ -296,12 +285,12 @@ class Search:
         except InputError:
             return math.nan
         signs = _own_signs(machine)
-        kept = [[w for w in each if all(w.signs[b] == signs[w.place][b] for b in branches(w.leg))] for each in held]
+        kept = [[w for w in each if all(w.signs[b] == signs[w.number][b] for b in branches(w.leg))] for each in held]
         if not all(kept):
             return math.nan
         chosen = tuple(each[0] for each in kept)
         values = np.array([locked[name] for way in chosen for name in way.drives])
-        nothing = Place(chosen, values, np.zeros(0), np.zeros(0))
+        nothing = Holding(chosen, values, np.zeros(0), np.zeros(0))
         least = min(with_best_rolls(self.asked, nothing, p).value for p in (self.task.poses, self.task.checked))
         return least if math.isfinite(least) else math.nan
 

@@ -27,8 +27,8 @@ def advice_dataset(result: LocksAdvised) -> xr.Dataset:
     for k, advice in enumerate(result.advices):
         for name, coordinate in advice.coordinates.items():
             locked[k, drives.index(name)] = coordinate
-        if advice.place is not None:
-            value[k], rolls[k] = advice.place.least[:count], advice.place.rolls[:count]
+        if advice.holding is not None:
+            value[k], rolls[k] = advice.holding.least[:count], advice.holding.rolls[:count]
     words = [[advice.mode, advice.reason] for advice in result.advices]
     unit = asked.unit or "1"
     variables: Variables = {
@@ -49,7 +49,7 @@ def redundant_dataset(result: RedundantPath) -> xr.Dataset:
     asked = result.fixed.measure
     unit = asked.unit or "1"
     variables: Variables = {
-        "path_coordinate": (("pose",), result.place, "1", "1 at the first pose of the path, 2 at the second"),
+        "path_coordinate": (("pose",), result.along, "1", "1 at the first pose of the path, 2 at the second"),
         "joint_coordinate": (("pose", "drive"), result.coordinates, "m or rad", "all drives at work"),
         "value": (("pose",), result.value, unit, f"{asked.name}, all drives at work"),
         "with_best_locks": (("pose",), result.on_locks, unit, f"{asked.name} with the best lock set"),

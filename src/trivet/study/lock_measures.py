@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import jax
 import jax.numpy as jnp
@@ -29,10 +29,11 @@ from trivet.space.singular import least_singular_values
 from trivet.space.symmetric import Symmetric
 from trivet.statics.compliance import leg_stiffness
 from trivet.statics.objective import NAMES, Objective, objective
-from trivet.study.frf import directions
+from trivet.study.frf import check_range, directions
 from trivet.vibration import spectral
-from trivet.vibration.damping import least_damping
+from trivet.vibration.damping import check_loss_factor, least_damping
 from trivet.vibration.directional import CHUNK, ROWS, Asked, Entries, greatest, own_frequency
+from trivet.vibration.resonance import check_damping
 from trivet.vibration.spectral_machine import Stand
 
 Array = NDArray[Any]
@@ -42,8 +43,26 @@ Pieces = Sequence[Any]
 SIGMA, TRAVEL, DYNAMIC = "sigma_min", "travel", "D_"
 
 
-class Measure(Protocol):
+class Goal(NamedTuple):
     """What is to be great at every pose."""
+
+    objective: str = "K_xx"
+    """Of the stiffness ("K_xx", "1/C_zz", ...); "D_xx" (any entry of the receptance) for the least dynamic stiffness over
+    frequency; "sigma_min" for the least singular value of J_x; "travel" for the least margin of travel."""
+    low: float = 5.0
+    """Hz, of a dynamic stiffness."""
+    high: float = 3000.0
+    loss_factor: float = 0.02
+    """Of a dynamic stiffness: of all that has none of its own."""
+
+    @property
+    def is_dynamic(self) -> bool:
+        """Whether it is of vibrations."""
+        return self.objective.startswith(DYNAMIC)
+
+
+class Measure(Protocol):
+    """A goal over many poses."""
 
     @property
     def name(self) -> str: ...
@@ -58,7 +77,12 @@ class Measure(Protocol):
 
     @property
     def rows(self) -> int:
-        """How many poses a search may look at in its first round: what they cost differs."""
+        """How many poses a search may look at in its first round."""
+        ...
+
+    @property
+    def is_costly(self) -> bool:
+        """Whether a pose costs so much that a search takes few steps, and no look around ends it."""
         ...
 
     @property
@@ -75,25 +99,24 @@ class Measure(Protocol):
         ...
 
 
-def measure(machine: Machine, name: str, low: float = 5.0, high: float = 3000.0, loss_factor: float = 0.02) -> Measure:
-    """Read what is asked for.
-
-    Args:
-        machine: the machine, its drives free.
-        name: an objective of the stiffness ("K_xx", "1/C_zz", ...), "D_xx" (any entry of the receptance) for the least dynamic
-            stiffness over frequency, "sigma_min" for the least singular value of J_x, "travel" for the least margin of travel.
-        low, high, loss_factor: range of frequencies (Hz) and damping of a dynamic stiffness.
+def measure(machine: Machine, goal: Goal) -> Measure:
+    """A goal of a machine, whose drives are free.
 
     Raises:
-        InputError: for another name.
+        InputError: for an unknown objective, a loss factor that none can be, or a dynamic stiffness over no range of
+            frequencies or without damping.
     """
+    name = goal.objective
     if name == SIGMA:
         return Singular()
     if name == TRAVEL:
         return Travel()
-    if name.startswith(DYNAMIC):
+    if goal.is_dynamic:
         entry = Entries.named([directions(name.removeprefix(DYNAMIC))])
-        return Dynamic(name, machine, entry, low, high, loss_factor)
+        check_loss_factor(goal.loss_factor)
+        check_range(goal.low, goal.high)
+        check_damping(least_damping(machine, goal.loss_factor))
+        return Dynamic(name, machine, entry, goal.low, goal.high, goal.loss_factor)
     try:
         return Stiffness(objective(name))
     except InputError:
@@ -112,6 +135,7 @@ class Stiffness:
     scalar: Objective
     piece = staticmethod(_upper)
     rows = 200_000
+    is_costly = False
     precision = 1e-10
 
     @property
@@ -168,6 +192,7 @@ class Singular:
     unit = ""
     piece = staticmethod(_constraints)
     rows = 100_000
+    is_costly = False
     precision = 1e-10
 
     def values(self, pieces: Pieces, poses: Frame) -> Array:
@@ -198,6 +223,7 @@ class Travel:
     unit = ""
     piece = staticmethod(_margin)
     rows = 200_000
+    is_costly = False
     precision = 1e-10
 
     def values(self, pieces: Pieces, poses: Frame) -> Array:
@@ -221,6 +247,7 @@ class Dynamic:
     loss_factor: float
     piece = staticmethod(standing_piece)
     rows = 1_500
+    is_costly = True
     precision = 1e-5
 
     @property

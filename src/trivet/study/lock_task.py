@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from trivet.errors import InputError
 from trivet.space.family import Family, Places
 from trivet.space.pose import zyz_frame
-from trivet.study.lock_search import Poses
+from trivet.study.lock_values import Poses
 
 Array = NDArray[Any]
 

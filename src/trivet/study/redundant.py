@@ -20,14 +20,20 @@ from trivet.errors import InputError
 from trivet.kinematics.held import Held
 from trivet.model import Machine
 from trivet.space.family import Family, Places
-from trivet.study.lock_advice import LockAdvice, LocksAdvised, Search, advise_locks
-from trivet.study.lock_search import Miss, Place, Table, polished, span, split, starts, table
+from trivet.study.epigraph import Chosen, Epigraph, drawn_back
+from trivet.study.lock_advice import LockAdvice, LocksAdvised, Modes, Search, advise_locks
+from trivet.study.lock_grid import Miss, Table, starts, table
+from trivet.study.lock_measures import Goal
+from trivet.study.lock_search import polished
 from trivet.study.lock_task import poses_of
+from trivet.study.lock_values import Holding, span, split
 from trivet.study.machines import MachineLike
-from trivet.study.spare_ways import Program, Spline, Stretch, programmed, way_over_grid
+from trivet.study.spare_ways import Spline, Stretch, way_over_grid
 
 Array = NDArray[Any]
 
+STEPS, FEW_STEPS = 80, 20
+"""Of sequential quadratic programming, at most; fewer where a pose costs much."""
 RATE = 2.0
 """Travels of itself that a spare drive may cover along a path, were it to go as fast all along."""
 CHARTS = 2
@@ -43,7 +49,7 @@ class RedundantPath:
     fixed: LocksAdvised
     """The best lock sets on the same path, beside which it stands."""
     rate: float
-    place: Array
+    along: Array
     """(n,) coordinate of the path."""
     places: Places
     """Poses there."""
@@ -84,21 +90,21 @@ class RedundantPath:
 def redundant_path(
     machine: MachineLike,
     path: Family,
-    objective: str = "K_xx",
+    goal: Goal | str = "K_xx",
     *,
     rate: float = RATE,
+    modes: Modes = "all",
     progress: Callable[[str, int, int], None] = lambda doing, done, total: None,
-    **asked: Any,
 ) -> RedundantPath:
     """The best choice of all drives along a path.
 
     Args:
         machine: machine, name or file, with more drives than six.
         path: a family with one coordinate and rolls of its own (`along_path`, `along`).
-        objective: as for `advise_locks`.
+        goal: as for `advise_locks`.
         rate: how far a spare drive may go along the path, in its travels, were it to go as fast all along.
+        modes: as for `advise_locks`.
         progress: called with what is done, and how much of how many.
-        **asked: as for `advise_locks`: modes, low, high, loss_factor.
 
     Raises:
         InputError: as `advise_locks`, for poses that are no path, or a rate that is not above zero.
@@ -108,7 +114,7 @@ def redundant_path(
         raise InputError(f"{path.name}: all drives are chosen along a path whose poses have rolls; this is none")
     if not (rate > 0 and np.isfinite(rate)):
         raise InputError(f"rate: {rate:g} travels along the path; must be above zero")
-    fixed = advise_locks(machine, path, objective, progress=lambda done, total: progress("lock sets", done, total), **asked)
+    fixed = advise_locks(machine, path, goal, modes=modes, progress=progress)
     return _Chooser(fixed, path, rate).found(progress)
 
 
@@ -117,10 +123,9 @@ class _Chooser:
 
     def __init__(self, fixed: LocksAdvised, path: Family, rate: float) -> None:
         self.fixed, self.rate, self.asked = fixed, rate, fixed.measure
-        place = _halved(path.coordinates[:, 0])
-        self.place = _halved(place)
-        self.places = path.places(self.place[:, None])
-        part = (self.place - place[0]) / (place[-1] - place[0])
+        self.along = _halved(_halved(path.coordinates[:, 0]))
+        self.places = path.places(self.along[:, None])
+        part = (self.along - self.along[0]) / (self.along[-1] - self.along[0])
         self.checked = Stretch(part, poses_of(self.places))
         self.stretch = Stretch(part[::2], self.checked.poses.some(np.arange(0, len(part), 2)))
 
@@ -135,37 +140,38 @@ class _Chooser:
         values = [self.checked.values(self.asked, ways, chosen) for ways, chosen in tried]
         best = int(np.argmax([own.min() for own in values]))
         ways, chosen = tried[best]
-        alone = np.full(len(self.place), np.nan)
+        alone = np.full(len(self.along), np.nan)
         alone[::2] = self._alone(ways, chosen[::2], progress)
         frames, rolls = self.checked.poses.frames, self.checked.rolls
         own = [way.coordinates(c, frames, rolls) for way, c in zip(ways, split(ways, chosen), strict=True)]
         drives = {name: along for each in own for name, along in each.items()}
-        mode = replace(charts[0], place=Place(ways, chosen[0], rolls, values[best])).mode
+        mode = replace(charts[0], holding=Holding(ways, chosen[0], rolls, values[best])).mode
         return RedundantPath(
-            self.fixed, self.rate, self.place, self.places, tuple(drives), tuple(n for way in ways for n in way.drives), mode,
+            self.fixed, self.rate, self.along, self.places, tuple(drives), tuple(n for way in ways for n in way.drives), mode,
             np.stack([*drives.values()], axis=1), values[best], values[0], alone,
         )  # fmt: skip
 
     def _from(self, advice: LockAdvice) -> list[tuple[tuple[Held, ...], Array]]:
         """Coordinates (n, d) at the checked places: those of the lock set itself, and what is better."""
-        assert advice.place is not None
-        ways, still, spline = advice.place.ways, advice.place.values, Spline(len(self.stretch.part))
-        program = Program(self.asked, ways, self.stretch, spline.matrix(self.stretch.part), max(abs(advice.value), 1e-12))
-        first = np.tile(still, (spline.count, 1))
+        assert advice.holding is not None
+        ways, still, spline = advice.holding.ways, advice.holding.values, Spline(len(self.stretch.part))
+        program = Epigraph(self.asked, ways, self.stretch.poses, spline.matrix(self.stretch.part), advice.value)
+        first = Chosen(np.tile(still, (spline.count, 1)), self.stretch.rolls)
         over = way_over_grid(self.asked, ways, self.stretch, self.rate)
-        begun = [first] if over is None else [first, np.linalg.lstsq(program.matrix, over, rcond=None)[0]]
+        begun = [first]
+        if over is not None:
+            begun.append(first._replace(coefficients=np.linalg.lstsq(program.matrix, over, rcond=None)[0]))
         done = [(ways, np.tile(still, (len(self.checked.part), 1)))]
-        at = spline.matrix(self.checked.part)
+        at, steps = spline.matrix(self.checked.part), FEW_STEPS if self.asked.is_costly else STEPS
+
+        def is_met(chosen: Chosen) -> bool:
+            pace = np.abs(spline.rates @ (chosen.coefficients / span(ways))).max()
+            inside = np.isfinite(self.checked.values(self.asked, ways, at @ chosen.coefficients))
+            return bool(pace <= self.rate * (1 + SLACK) and np.all(inside))
+
         for start in begun:
-            found = programmed(program, spline, start, self.rate)
-            # What is beyond a constraint by rounding is drawn towards the lock set, at which nothing moves.
-            for back in (0.0, 1e-8, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1):
-                chosen = found + back * (first - found)
-                pace = np.abs(spline.rates @ (chosen / span(ways))).max(initial=0.0)
-                inside = np.isfinite(self.checked.values(self.asked, ways, at @ chosen))
-                if pace <= self.rate * (1 + SLACK) and np.all(inside):
-                    done.append((ways, at @ chosen))
-                    break
+            found = program.climbed(start, steps, spline.rates, self.rate)
+            done.append((ways, at @ drawn_back(found, first, is_met).coefficients))  # at the lock set nothing moves
         return done
 
     def _alone(self, ways: tuple[Held, ...], chosen: Array, progress: Callable[[str, int, int], None]) -> Array:
@@ -176,7 +182,7 @@ class _Chooser:
             progress("poses by themselves", p, count)
             one = self.stretch.poses.some(np.array([p]))
             least = self.stretch._replace(poses=one).values(self.asked, ways, chosen[[p]])
-            begun = [Place(ways, chosen[p], self.stretch.rolls[[p]], least)]
+            begun = [Holding(ways, chosen[p], self.stretch.rolls[[p]], least)]
             tables = [table(self.asked, held, one) for held in options]
             if not any(isinstance(t, Miss) for t in tables):
                 begun += starts(self.asked, [t for t in tables if isinstance(t, Table)], one, 1)
@@ -190,13 +196,13 @@ class _Chooser:
         held: list[dict[tuple[str, ...], list[Held]]] = [{} for _ in self.fixed.machine.legs]
         for locks in self.fixed.sets.whole:
             with suppress(InputError):
-                for place, own in enumerate(search.ways(locks)):
-                    held[place].setdefault(own[0].joints, own)
+                for number, own in enumerate(search.ways(locks)):
+                    held[number].setdefault(own[0].joints, own)
         return [[way for own in each.values() for way in own] for each in held]
 
 
-def _halved(place: Array) -> Array:
-    """Places, and those in the middle between them."""
-    both = np.empty(2 * len(place) - 1)
-    both[::2], both[1::2] = place, (place[1:] + place[:-1]) / 2
+def _halved(along: Array) -> Array:
+    """Coordinates, and those in the middle between them."""
+    both = np.empty(2 * len(along) - 1)
+    both[::2], both[1::2] = along, (along[1:] + along[:-1]) / 2
     return both

@@ -19,7 +19,7 @@ from trivet.space.pose import zyz_frame
 from trivet.space.search import LowestAngles, lowest_angles
 from trivet.space.surface import Surface
 from trivet.statics.best_roll import ROLLS
-from trivet.study.frf import HIGHEST, directions
+from trivet.study.frf import check_range, directions
 from trivet.study.response_summary import check_entries
 from trivet.study.roll_policy import RollPolicy, roll_policy
 from trivet.study.stiffness_map import roll_symmetry
@@ -74,9 +74,7 @@ class Responses:
         Raises:
             InputError: for a wrong entry, point, range or mode, or no damping.
         """
-        if not (math.isfinite(low) and math.isfinite(high) and 0 < low < high <= HIGHEST):
-            expected = f"expected a range that rises from above 0 Hz, up to {HIGHEST:g} Hz"
-            raise InputError(f"frequencies: {low:g} Hz to {high:g} Hz; {expected}")
+        check_range(low, high)
         if point not in ("platform", "tool"):
             raise InputError(f"point '{point}': expected platform (its centre) or tool (its tip)")
         if not entries:

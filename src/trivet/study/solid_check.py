@@ -17,9 +17,9 @@ from trivet.statics.assembly import PLATFORM, Structure, assemble
 from trivet.statics.objective import AXES
 from trivet.study.frf import (
     AROUND,
-    HIGHEST,
     MOST_FREQUENCIES,
     Minimum,
+    check_range,
     minimum_dynamic_stiffness,
     natural_frequencies,
 )
@@ -203,9 +203,7 @@ def _paired(at: PoseReport, structure: Structure, of_beams: np.ndarray, fine: Sh
 def _check(low: float, high: float, points: int, loss_factor: float, fineness: float, ends: str) -> None:
     if ends not in ENDS:
         raise InputError(f"ends '{ends}' is not known{nearest(ends, ENDS)}")
-    if not (math.isfinite(low) and math.isfinite(high) and 0 < low < high <= HIGHEST):
-        expected = f"expected a range that rises from above 0 Hz, up to {HIGHEST:g} Hz"
-        raise InputError(f"frequencies: {low:g} Hz to {high:g} Hz; {expected}")
+    check_range(low, high)
     if not 2 <= points <= MOST_FREQUENCIES:
         raise InputError(f"points: {points}; expected 2 to {MOST_FREQUENCIES} frequencies")
     check_loss_factor(loss_factor)

@@ -33,15 +33,20 @@ class Peak(NamedTuple):
     size: float
 
 
+def check_damping(loss_factor: float) -> None:
+    """Refuse the least damping there is where it leaves peaks no height."""
+    if not loss_factor >= FAINTEST:
+        raise InputError(
+            f"loss factor: {loss_factor:g}; expected {FAINTEST:g} or more: a peak has a height only with damping above zero"
+        )
+
+
 def grid(low: float, high: float, loss_factor: float) -> np.ndarray:
     """Frequencies (n,) from low to high (Hz) on which no resonance of this damping hides: four across its half-power width
     (but see `SHARPEST`)."""
     if not 0 < low < high:
         raise InputError(f"frequencies: {low:g} Hz to {high:g} Hz; expected a range that rises from above 0 Hz")
-    if not loss_factor >= FAINTEST:
-        raise InputError(
-            f"loss factor: {loss_factor:g}; expected {FAINTEST:g} or more: a peak has a height only with damping above zero"
-        )
+    check_damping(loss_factor)
     count = int(np.ceil(np.log(high / low) / (max(loss_factor, SHARPEST) / 4))) + 2
     return np.geomspace(low, high, count)
 

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from trivet.cli import options as o
 from trivet.cli import output
-from trivet.cli.groups import Choice, DataOutput, Hemisphere, Model
+from trivet.cli.groups import Choice, DataOutput, FrequencyRange, Hemisphere, Model, given
 
 if TYPE_CHECKING:
     from trivet.model import Machine
     from trivet.space.family import Family
 
 DYNAMIC = "dynamic-stiffness"
-_OPTIONS = {"low": "--from", "high": "--to"}
 
 
 @dataclass(frozen=True)
@@ -33,16 +32,6 @@ class Vibrating:
     point: Annotated[
         str | None,
         typer.Option("--point", help="Of dynamic-stiffness: platform or tool.  [default: platform]", metavar="platform|tool"),
-    ] = None
-    low: Annotated[str | None, typer.Option("--from", help="Of dynamic-stiffness.  [default: 5 Hz]", metavar="FREQUENCY")] = (
-        None
-    )
-    high: Annotated[str | None, typer.Option("--to", help="Of dynamic-stiffness.  [default: 3000 Hz]", metavar="FREQUENCY")] = (
-        None
-    )
-    loss_factor: Annotated[
-        float | None,
-        typer.Option("--loss-factor", help="Of dynamic-stiffness: of all that has none of its own.  [default: 0.02]"),
     ] = None
     path: Annotated[
         str | None,
@@ -66,20 +55,10 @@ class Vibrating:
         bool, typer.Option("--responses", help="Of dynamic-stiffness: write the responses of every pose into --data as well.")
     ] = False
 
-    @property
-    def given(self) -> list[str]:
-        """The options that are given."""
-        names = (field.name for field in fields(self) if getattr(self, field.name) not in (None, False))
-        return [_OPTIONS.get(name, "--" + name.replace("_", "-")) for name in names]
-
     def asked(self) -> dict[str, Any]:
-        """What is given of the entries, the point, the range, the damping and the search, as `study.atlas` takes it."""
+        """What is given of the entries, the point and the search, as `study.atlas` takes it."""
         entries = None if self.entries is None else tuple(name.strip() for name in self.entries.split(","))
-        low, high = (
-            o.quantity(option, text, "frequency", "Hz", True) for option, text in (("--from", self.low), ("--to", self.high))
-        )
-        asked = {"entries": entries, "point": self.point, "low": low, "high": high, "loss_factor": self.loss_factor}
-        asked["search"] = False if self.no_worst else None
+        asked = {"entries": entries, "point": self.point, "search": False if self.no_worst else None}
         return {name: value for name, value in asked.items() if value is not None}
 
     def family(self, machine: Machine, points: Hemisphere) -> Family:
@@ -130,6 +109,7 @@ def run(
     points: Hemisphere,
     rolls: Annotated[int | None, o.ROLLS] = None,
     vibrating: Vibrating,
+    over: FrequencyRange,
     model: Model,
     out: DataOutput,
 ) -> None:
@@ -153,8 +133,8 @@ def run(
     policy = _policy(roll, objective)
     if (objective or rolls) and quantity != "stiffness" and not str(policy).startswith("best"):
         raise InputError("--objective and --rolls choose the best roll; they do not go with another --roll")
-    if vibrating.given and quantity != DYNAMIC:
-        raise InputError(f"{', '.join(vibrating.given)}: only with --quantity {DYNAMIC}")
+    if (idle := given(vibrating) + given(over)) and quantity != DYNAMIC:
+        raise InputError(f"{', '.join(idle)}: only with --quantity {DYNAMIC}")
     chosen = choice.load(model)
     if quantity == DYNAMIC:
         is_given = roll is not None or objective is not None
@@ -162,7 +142,7 @@ def run(
             raise InputError("--roll, --objective, --rolls: the path file has rolls of its own; leave them out with --path")
         if vibrating.entries is None and objective is not None and objective.startswith("D_"):
             vibrating = replace(vibrating, entries=objective.removeprefix("D_"))
-        _dynamic(chosen, vibrating, points, policy if is_given else None, mode, rolls, out)
+        _dynamic(chosen, vibrating, over, points, policy if is_given else None, mode, rolls, out)
         return
     surface, first = points.over(chosen), ROLLS if rolls is None else rolls
     out.check()
@@ -185,6 +165,7 @@ def run(
 def _dynamic(
     chosen: Machine,
     vibrating: Vibrating,
+    over: FrequencyRange,
     points: Hemisphere,
     policy: str | float | None,
     mode: str | None,
@@ -199,7 +180,7 @@ def _dynamic(
 
     if vibrating.responses and out.data is None:
         raise InputError("--responses: are written into --data; give it a file")
-    family, asked = vibrating.family(chosen, points), vibrating.asked()
+    family, asked = vibrating.family(chosen, points), vibrating.asked() | over.numbers()
     out.check()
     if vibrating.responses and out.data is not None:
         check_room(out.data, size_of_responses(len(family), len(asked.get("entries", DEFAULT)), POINTS))

@@ -141,7 +141,7 @@ def _(result: LocksAdvised) -> Iterator[Any]:
         locked = where_locked(result.machine, advice.coordinates)
         found.add_row(locked, advice.mode, number(advice.value, asked), str(advice.locks.group), met)
     yield found
-    missed = [advice for advice in result.advices if advice.place is None]
+    missed = [advice for advice in result.advices if advice.holding is None]
     if missed:
         lost = table("lock sets that do not reach the task", "locked", "why", "at", left=2)
         for advice in missed:
@@ -168,7 +168,7 @@ def _advice(advice: LockAdvice, result: LocksAdvised) -> dict[str, Any]:
     return {
         "drives": list(advice.locks.drives),
         "group": advice.locks.group,
-        "reached": advice.place is not None,
+        "reached": advice.holding is not None,
         "reason": advice.reason or None,
         "missed_pose": _pose(advice.missed),
         "mode": advice.mode,
@@ -205,9 +205,9 @@ def _(result: RedundantPath) -> Iterator[Any]:
     units = ["°" if known[name].is_angular else "mm" for name in result.drives]
     heads = [f"{name}, {unit}".replace(".", "\n", 1) for name, unit in zip(result.drives, units, strict=True)]
     found = table("along the path", "pose", asked.name, *heads, left=0)
-    for k in np.unique(np.linspace(0, len(result.place) - 1, SHOWN).round().astype(int)).tolist():
+    for k in np.unique(np.linspace(0, len(result.along) - 1, SHOWN).round().astype(int)).tolist():
         own = [math.degrees(v) if u == "°" else 1e3 * v for v, u in zip(result.coordinates[k], units, strict=True)]
-        found.add_row(f"{result.place[k]:.3f}", number(float(result.value[k]), asked), *(f"{v + 0.0:.3f}" for v in own))
+        found.add_row(f"{result.along[k]:.3f}", number(float(result.value[k]), asked), *(f"{v + 0.0:.3f}" for v in own))
     yield found
 
 
@@ -222,7 +222,7 @@ def _(result: RedundantPath) -> dict[str, Any]:
         unit_key("least", asked): finite(result.least),
         unit_key("least_with_best_locks", asked): finite(result.locked_least),
         unit_key("least_of_single_poses", asked): finite(result.bound),
-        "path_coordinate": finite(result.place),
+        "path_coordinate": finite(result.along),
         unit_key("value", asked): finite(result.value),
         unit_key("with_best_locks", asked): finite(result.on_locks),
         unit_key("pose_by_itself", asked): finite(result.alone),
