@@ -1,17 +1,22 @@
-"""Documents of machines that several tests change, and what they compare."""
+"""Documents of machines that several tests change, what they compare, and pages that they read back."""
 
 from __future__ import annotations
 
+import base64
 import copy
+import json
 import math
+import re
 import tomllib
 from collections.abc import Callable
 from functools import cache
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
 import jax
 import jsonschema
+import numpy as np
 import pytest
 
 from trivet.errors import InputError, one_line
@@ -63,3 +68,19 @@ def message_of(call: Callable[[], Any]) -> str:
     assert text == one_line(text), "a message is one line of moderate length"
     assert caught.value.exit_code == 2
     return text
+
+
+def traces(path: Path) -> list[dict[str, Any]]:
+    """What a page of plotly draws, after a look that it needs no network."""
+    text = path.read_text(encoding="utf-8")
+    assert re.search(r"<(?:script|link)[^>]+(?:src|href)=", text) is None, "needs no network"
+    (start,) = (match.end() for match in re.finditer(r"Plotly\.newPlot\(\s*\"[^\"]+\",\s*", text))
+    found: list[dict[str, Any]] = json.JSONDecoder(parse_constant=pytest.fail).raw_decode(text, start)[0]
+    return found
+
+
+def numbers(packed: Any) -> np.ndarray:
+    """What plotly has packed, or a list; NaN where there is a gap."""
+    if isinstance(packed, dict):
+        return np.frombuffer(base64.b64decode(packed["bdata"]), packed["dtype"]).astype(float)
+    return np.array([math.nan if value is None else value for value in packed], dtype=float)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import math
 import re
 from functools import cache
 from pathlib import Path
@@ -14,6 +13,7 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
+from documents import numbers, traces
 
 import trivet as t
 from trivet.errors import InputError
@@ -178,7 +178,7 @@ def files(tmp_path: Path) -> Path:
     return tmp_path
 
 
-COMMAND = ("measure", "correlate", "m.nc", "azulay", "--points", "setup.toml")
+COMMAND = ("measure", "correlate", "m.nc", "azulay", "--setup", "setup.toml")
 
 
 def test_tables(trivet: Any, files: Path) -> None:
@@ -284,25 +284,10 @@ def test_netcdf(trivet: Any, files: Path) -> None:
         assert data.channel.values[-1] == "2:+rz"
 
 
-def traces(path: Path) -> list[dict[str, Any]]:
-    text = path.read_text(encoding="utf-8")
-    assert re.search(r"<(?:script|link)[^>]+(?:src|href)=", text) is None, "needs no network"
-    (start,) = (match.end() for match in re.finditer(r"Plotly\.newPlot\(\s*\"[^\"]+\",\s*", text))
-    found: list[dict[str, Any]] = json.JSONDecoder(parse_constant=pytest.fail).raw_decode(text, start)[0]
-    return found
-
-
-def numbers(packed: Any) -> np.ndarray:
-    """What plotly has packed, or a list."""
-    import base64
-
-    if isinstance(packed, dict):
-        return np.frombuffer(base64.b64decode(packed["bdata"]), packed["dtype"]).astype(float)
-    return np.array([math.nan if value is None else value for value in packed], dtype=float)
-
-
 def test_what_is_drawn(trivet: Any, files: Path) -> None:
-    code, _, err = trivet(*COMMAND, "--figure", "o.png", "--figure", "o.html", "--entry", "2:+x/2:+x", "--map", "p.html")
+    code, _, err = trivet(
+        *COMMAND, "--figure", "o.png", "--figure", "o.html", "--entry", "2:+x/2:+x", "--setup-figure", "p.html"
+    )
     assert code == 0
     assert [line for line in err.splitlines() if line.startswith("wrote")] == [
         f"wrote {n}" for n in ("p.html", "o.png", "o.html")
@@ -392,19 +377,20 @@ def test_points_on_the_machine(tmp_path: Path) -> None:
 WRONG = [
     ((*COMMAND[:2], "n.nc", *COMMAND[3:]), "n.nc: cannot be read"),
     ((*COMMAND[:2], "setup.toml", *COMMAND[3:]), "a file of measured responses ends in"),
-    ((*COMMAND[:4], "--points", "nowhere.toml"), "nowhere.toml"),
-    (COMMAND[:4], "--points"),
+    ((*COMMAND[:4], "--setup", "nowhere.toml"), "nowhere.toml"),
+    (COMMAND[:4], "--setup"),
     ((*COMMAND, "--from", "100"), "the unit is missing"),
     ((*COMMAND, "--from", "2 kHz"), "there are none at frequencies above zero; widen the range"),
-    ((*COMMAND, "--to", "0 Hz"), "there are none at frequencies above zero"),
+    ((*COMMAND, "--to", "0 Hz"), "must be greater than zero"),
+    ((*COMMAND, "--from=-5 Hz"), "must be greater than zero"),
     ((*COMMAND, "--loss-factor", "-1"), "loss factor: -1; expected 0 or more"),
     ((*COMMAND, "--figure", "o.png", "--entry", "2:+y/1:+z"), "function 2:+y/1:+z: was not measured; did you mean"),
     ((*COMMAND, "--entry", "2:+x/2:+x"), "--entry: chooses what is drawn; give --figure as well"),
     ((*COMMAND, "--figure", "o.pdf"), ".png or .html"),
-    ((*COMMAND, "--map", "o.pdf"), ".png or .html"),
-    ((*COMMAND, "--map", "o.png", "--figure", "./o.png"), "o.png: given twice"),
+    ((*COMMAND, "--setup-figure", "o.pdf"), ".png or .html"),
+    ((*COMMAND, "--setup-figure", "o.png", "--figure", "./o.png"), "o.png: given twice"),
     ((*COMMAND, "--data", "c.csv"), "ends in .nc"),
-    ((*COMMAND, "--map", "old.png"), "old.png: exists already"),
+    ((*COMMAND, "--setup-figure", "old.png"), "old.png: exists already"),
     ((*COMMAND[:3], "azulai", *COMMAND[4:]), "azulay"),
 ]
 

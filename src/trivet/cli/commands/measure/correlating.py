@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from typing import Annotated
 
 import typer
@@ -22,9 +21,11 @@ def run(
             "--entry", help="Function in the figure, as in '12:+z / 3:-x'; those that respond most by default. May be repeated."
         ),
     ] = None,
-    where: Annotated[
+    setup_figure: Annotated[
         list[str] | None,
-        typer.Option("--map", help="Draw the measured points on the machine: .png or .html. May be repeated.", metavar="FILE"),
+        typer.Option(
+            "--setup-figure", help="Draw the measured points on the machine: .png or .html. May be repeated.", metavar="FILE"
+        ),
     ] = None,
     model: Model,
     out: DataOutput,
@@ -38,17 +39,12 @@ def run(
     low, high = test.ends()
     if entry and not out.figure:
         raise InputError("--entry: chooses what is drawn; give --figure as well")
-    out.check()
-    output.check_files(where or [], None, out.overwrite)
-    taken = {os.path.realpath(path) for path in [*(out.figure or []), *([out.data] if out.data else [])]}
-    for path in where or []:
-        if os.path.realpath(path) in taken:
-            raise InputError(f"{path}: given twice")
+    output.check_files([*(out.figure or []), *(setup_figure or [])], out.data, out.overwrite)
     chosen, setup = choice.load(model), test.setup()
     with output.busy("reading and comparing", out.as_json):
         functions = read_functions(measured).between(0.0 if low is None else low, float("inf") if high is None else high)
         fitted = test.modes()
         found = correlate(chosen, setup, functions, fitted, loss_factor=test.loss_factor)
     shown = ShownCorrelation(found, tuple(found.numbers(entry)) if entry else None)
-    output.draw(MappedPoints(found.placed, functions), where or [], out.overwrite)
+    output.draw(MappedPoints(found.placed, functions), setup_figure or [], out.overwrite)
     out.give(shown, view)

@@ -16,28 +16,32 @@ if TYPE_CHECKING:
     from trivet.model.quantity import Quantity
 
 
+Numbers = Annotated[
+    list[str],
+    typer.Option(
+        "--free",
+        help="A number that may change, and how well it is known: ball.stiffness (within a factor of 3), "
+        "link.length='2 %', home.position.3='1 mm', loss_factor. May be repeated.",
+        metavar="KEY[=SPREAD]",
+    ),
+]
+Ends = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--bounds",
+        help="Between which values it stays, as in ball.stiffness='50 N m/rad, 2000 N m/rad'. May be repeated.",
+        metavar="KEY=LOW,HIGH",
+    ),
+]
+
+
 def run(
     *,
     measured: Annotated[str, typer.Argument(help="Measured responses: .nc, .csv, or a universal file.", metavar="MEASURED")],
     choice: Choice,
     test: Measurement,
-    free: Annotated[
-        list[str],
-        typer.Option(
-            "--free",
-            help="A number that may change, and how well it is known: ball.stiffness (within a factor of 3), "
-            "link.length='2 %', home.position.3='1 mm', loss_factor. May be repeated.",
-            metavar="KEY[=SPREAD]",
-        ),
-    ],
-    bounds: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--bounds",
-            help="Between which values it stays, as in ball.stiffness='50 N m/rad, 2000 N m/rad'.",
-            metavar="KEY=LOW,HIGH",
-        ),
-    ] = None,
+    free: Numbers,
+    bounds: Ends = None,
     hold: Annotated[
         str | None,
         typer.Option("--hold", help="Points whose functions are compared, and not fitted, as in '3,4'.", metavar="POINTS"),
@@ -52,37 +56,28 @@ def run(
 ) -> None:
     """Numbers of a machine corrected by measured responses: what they become, how sure they are, what cannot be told apart."""
     from trivet.cli.views import update as view
+    from trivet.files import check_writable
     from trivet.measure.files.by_suffix import read_functions
+    from trivet.model import write as write_machine
     from trivet.study.update import update
 
     low, high = test.ends()
     out.check()
+    if write is not None:
+        check_writable(write, overwrite=out.overwrite)
     chosen, setup = choice.load(model), test.setup()
     wanted = _free(chosen, free, bounds or [], test.loss_factor)
-    if write is not None:
-        from trivet.files import check_writable
-
-        check_writable(write, overwrite=out.overwrite)
     functions, fitted = read_functions(measured), test.modes()
+    held = [point.strip() for point in hold.split(",")] if hold else ()
     with output.progress(out.as_json, "steps") as advance:
         found = update(
-            chosen,
-            setup,
-            functions,
-            wanted,
-            fit=fitted,
-            low=low,
-            high=high,
-            hold=[point.strip() for point in hold.split(",")] if hold else (),
-            loss_factor=test.loss_factor,
+            chosen, setup, functions, wanted, fit=fitted, low=low, high=high, hold=held, loss_factor=test.loss_factor,
             progress=lambda steps: advance("correcting", steps),
-        )
+        )  # fmt: skip
     if further:
         with output.busy("looking for places that would tell more", out.as_json):
             _ = found.next_points
     if write is not None:
-        from trivet.model import write as write_machine
-
         write_machine(found.machine, write, overwrite=out.overwrite)
         output.wrote(write)
     out.give(found, view, further)
