@@ -10,8 +10,10 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import splu
 
-from trivet.measure.correlation import ModeSet
+from trivet.measure.correlation import ModeSet, runs
 from trivet.measure.functions import Channel
 from trivet.measure.machine.parameters import Parameters
 from trivet.measure.machine.predicted import STEP, with_sites
@@ -27,6 +29,8 @@ FINE = 0.4
 BEYOND = 1.6
 """Modes of the machine are looked at up to so many times the highest measured frequency."""
 MOST_MODES = 80
+TINY = 1e-300
+"""Stands for a loss of nought."""
 
 
 class ModelModes(NamedTuple):
@@ -85,18 +89,49 @@ def poles_of(
     found: ModelModes,
     order: np.ndarray,
 ) -> PolesOf:
-    """The poles of some modes, and their slopes: by Rayleigh's quotient, of which the shapes' change is no part."""
-    vectors = found.vectors[:, order]
-    columns = []
+    """The poles of some modes, and their slopes.
+
+    A shape changes too, which matters to damping (to the frequency it does not: it is stationary).  Modes of one frequency have
+    no shapes of their own; what they take of each other is no part of it.
+    """
+    omega, vectors = 2 * math.pi * found.frequency[order], found.vectors[:, order]
+    columns, forces = [], []
     for k, step in enumerate(STEP * free.spread):
-        ends = []
-        for sign in (1, -1):
-            changed, loss = free.applied(machine, loss_factor, theta + sign * step * np.eye(len(theta))[k])
-            structure, _ = with_sites(changed, placed)
-            ends.append(_log_poles(mesh(structure, found.elements), vectors, float(loss)))
-        columns.append((ends[0] - ends[1]) / (2 * step))
-    own = found.frequency[order], found.damping[order]
-    return PolesOf(np.log(np.concatenate(own)), np.array(columns).T)
+        (before, less), (after, more) = (
+            _meshed(placed, found, *free.applied(machine, loss_factor, theta + sign * step * np.eye(len(theta))[k]))
+            for sign in (-1, 1)
+        )
+        columns.append((_log_poles(after, vectors, more) - _log_poles(before, vectors, less)) / (2 * step))
+        stiffer, heavier = after.stiffness - before.stiffness, after.mass - before.mass
+        forces.append((stiffer @ vectors - heavier @ vectors * omega**2) / (2 * step))
+    slopes, chosen, loss = np.array(columns).T, *_meshed(placed, found, *free.applied(machine, loss_factor, theta))
+    for row, mode in enumerate(order):
+        lost = (chosen.loss + loss * chosen.undetermined + omega[row] * chosen.viscosity) @ vectors[:, row]
+        changes = _shape_slopes(chosen, found, int(mode), np.array([force[:, row] for force in forces]).T)
+        slopes[len(order) + row] += 2 * (lost @ changes) / max(lost @ vectors[:, row], TINY)
+    return PolesOf(np.log(np.concatenate([found.frequency[order], found.damping[order]])), slopes)
+
+
+def _meshed(placed: Placed, found: ModelModes, machine: Machine, loss_factor: Any) -> tuple[Mesh, float]:
+    """The mesh of some modes, of a machine with other numbers; the loss factor in numbers."""
+    return mesh(with_sites(machine, placed)[0], found.elements), float(loss_factor)
+
+
+def _shape_slopes(chosen: Mesh, found: ModelModes, mode: int, forces: np.ndarray) -> np.ndarray:
+    """(q, p): how the shape of a mode changes, but for what it has of the modes of its own frequency.
+
+    (K - omega^2 M) dphi = -(dK - omega^2 dM) phi, bordered by the group (Nelson, AIAA Journal 14:1201, 1976).
+
+    Args:
+        forces: (q, p) of (dK - omega^2 dM) phi for each number.
+    """
+    group = next(own for own in runs(found.frequency) if mode in own)
+    border = sp.csc_matrix(chosen.mass @ found.vectors[:, group])
+    rest = chosen.stiffness - (2 * math.pi * found.frequency[mode]) ** 2 * chosen.mass
+    whole = sp.bmat([[rest, border], [border.T, None]], format="csc")
+    given = np.concatenate([-forces, np.zeros((len(group), forces.shape[1]))])
+    solved: np.ndarray = splu(whole).solve(given)[: len(forces)]
+    return solved
 
 
 def _log_poles(chosen: Mesh, vectors: np.ndarray, loss_factor: float) -> np.ndarray:
