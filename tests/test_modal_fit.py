@@ -22,7 +22,7 @@ from trivet.measure.modal.least_squares_complex import OrderPoles, estimate, nor
 from trivet.measure.modal.maximum_likelihood import covariance, directions, information, leverage, moved, projected, refine
 from trivet.measure.modal.model import ModalFit
 from trivet.measure.modal.noise import estimated
-from trivet.measure.modal.refinement import _missing, settled
+from trivet.measure.modal.refinement import _missing, _with_one_more, settled
 from trivet.measure.modal.residues import Band, Modes, shapes_of, synthesised
 from trivet.measure.modal.stabilisation import automatic, nearest, stabilisation
 
@@ -391,8 +391,21 @@ def test_what_is_missing_is_looked_for_outside_too() -> None:
     truth = Truth.of((60, 200, 900), (0.01, 0.01, 0.01), 4, seed=4)
     band = band_of(truth, np.linspace(120.0, 600.0, 121), 2)
     at = projected(band, modes_of(truth, 2).only(np.array([1])), 1 / np.abs(band.values) ** 2)
-    inside, below, above = (np.abs(more.poles[more.poles != truth.poles[1]][0]) for more in _missing(band, at))
+    inside, below, above = (np.abs(more.poles[more.poles != truth.poles[1]][0]) for more in _missing(band, at)[:3])
     assert below < band.omega[0] <= inside <= band.omega[-1] < above
+
+
+def test_the_second_of_a_close_pair_is_looked_for_beside_the_first() -> None:
+    """One reference, a weak neighbour that the first has swallowed: what is left says little of where it is."""
+    shapes = np.random.default_rng(1).normal(size=(6, 2)) * np.array([1.0, 0.06])
+    truth, lines = Truth((100.0, 100.3), (0.004, 0.004), shapes), np.linspace(60.0, 140.0, 401)
+    values = noisy(truth.matrix(lines, 1), "relative", 0.03, 1)
+    weight = 1 / (0.03 * np.abs(truth.matrix(lines, 1))) ** 2
+    alone = Truth((100.0,), (0.004,), shapes[:, :1])
+    at = refine(band_of(truth, lines, 1)._replace(values=values), modes_of(alone, 1), weight)
+    more = _with_one_more(band_of(truth, lines, 1)._replace(values=values), at)
+    assert more is not None
+    np.testing.assert_allclose(np.abs(more.poles) / (2 * math.pi), truth.natural, atol=0.05)
 
 
 def test_modes_outside_the_band_do_not_mislead() -> None:

@@ -1,7 +1,8 @@
 """From the poles of a stabilisation diagram to modes of greatest likelihood: noise and modes in turn, and how many there are.
 
-Whether a mode is there at all is decided by what it explains, against the logarithm of the number of measured values per
-unknown that it brings (Schwarz, Annals of Statistics 6 (1978) 461).
+Whether a mode is there at all is decided by what it explains, against what noise alone would give to as many unknowns (Wilks,
+Annals of Mathematical Statistics 9 (1938) 60).  A stricter rule, such as Schwarz's, leaves out modes that are there for certain
+though hardly seen, and the poles beside them take the blame: by several of their standard deviations.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import chi2
 
 from trivet.measure.modal.coincidence import joined
 from trivet.measure.modal.maximum_likelihood import (
@@ -33,6 +35,8 @@ SETTLED = 0.01
 """Relative change of the weighted squares between rounds below which noise and modes agree."""
 FIRST = 0.03
 """Noise that is taken to begin with: this part of the magnitude, and this part of the root mean square."""
+FALSE = 1e-3
+"""Chance of a mode that is none."""
 UNKNOWN = 0.25
 """Standard deviation of a pole, as a part of its half bandwidth, from which it is not known."""
 MOST_ADDED = 12
@@ -44,6 +48,8 @@ STEPS = 8
 """In which a mode that is tried must show what it is worth."""
 RATIOS = (0.002, 0.01, 0.04)
 """Damping ratios of the modes that are looked for in what is left."""
+OWN = 0.01
+"""Least part of a mode that is its own: beside it mean weights tell nothing."""
 BLOCK = 256
 """Natural frequencies that are tried at once: they bound the memory."""
 
@@ -93,9 +99,8 @@ def _weight(band: Band, size: np.ndarray, noise: Noise) -> np.ndarray:
 
 
 def penalty(band: Band) -> float:
-    """What a mode must take off twice the weighted squares."""
-    outputs, references = band.known.shape
-    return 2 * (outputs + references) * math.log(2 * band.known.sum() * len(band.omega))
+    """What a mode must take off twice the weighted squares; noise alone does, somewhere in the band, in `FALSE` of the fits."""
+    return float(chi2.isf(FALSE / len(band.omega), 2 * sum(band.known.shape)))
 
 
 def gains(at: Refined, found: Information) -> np.ndarray:
@@ -181,14 +186,29 @@ def _is_inside(band: Band, modes: Modes) -> np.ndarray:
 
 
 def _missing(band: Band, at: Refined) -> list[Modes]:
-    """The modes with one more, which explains most of what is left: in the band, below it, above it."""
+    """The modes with one more, which explains most of what is left: in the band, below it, above it, beside one of them."""
     low, high = band.omega[0], band.omega[-1]
     beyond = np.geomspace(1.01, FAR / 2, 40)
-    return [_with_best(band, at, places) for places in (band.omega, low / beyond, high * beyond)]
+    alone = [_with_best(band, at, places) for places in (band.omega, low / beyond, high * beyond)]
+    return [*alone, _with_best(band, at, band.omega, is_beside=True)]
 
 
-def _with_best(band: Band, at: Refined, places: np.ndarray) -> Modes:
-    """The modes with the best of those at some natural frequencies, as far as it can be told without moving the others."""
+def _own_part(band: Band, at: Refined, shape: np.ndarray) -> np.ndarray:
+    """(k,) part of shapes (n, k) that modes and residuals which are there do not follow, poles moving too; at mean weights."""
+    weight = at.weight[band.known]
+    root = np.sqrt(np.mean(weight / weight.sum(axis=-1, keepdims=True), axis=0))[:, None]
+    direct = 1 / (1j * band.omega[:, None] - np.unique(at.modes.poles))
+    there = np.concatenate([direct, direct**2, np.ones_like(root), 1 / band.omega[:, None] ** 2], axis=1)
+    followed = np.linalg.qr(root * there)[0].conj().T @ (root * shape)
+    found: np.ndarray = 1 - np.sum(np.abs(followed) ** 2, axis=0) / np.sum(np.abs(root * shape) ** 2, axis=0)
+    return np.maximum(found, OWN)
+
+
+def _with_best(band: Band, at: Refined, places: np.ndarray, is_beside: bool = False) -> Modes:
+    """The modes with the best of those at some natural frequencies, as far as it can be told without moving the others.
+
+    The second of a close pair is told beside the first, which has moved to follow both: by the part that is its own.
+    """
     best: tuple[float, complex, np.ndarray] = (-1.0, 0j, np.zeros(0))
     blocks = np.array_split(places, math.ceil(len(places) / BLOCK))
     for ratio, block in itertools.product(RATIOS, blocks):
@@ -196,6 +216,8 @@ def _with_best(band: Band, at: Refined, places: np.ndarray) -> Modes:
         shape = 1 / (1j * band.omega[:, None] - poles)
         pull = (at.weight * at.rest) @ shape.conj()
         held = at.weight @ np.abs(shape) ** 2
+        if is_beside:
+            held = held * _own_part(band, at, shape)
         residue = pull / np.where(held > 0, held, 1)
         gain = (np.abs(residue) ** 2 * held).sum(axis=(0, 1))
         k = int(np.argmax(gain))
