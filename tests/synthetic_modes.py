@@ -10,6 +10,8 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from trivet.measure.functions import MOTIONS, Channel, Functions
+from trivet.measure.modal.fitting import matrix_of
+from trivet.measure.modal.residues import Band, Modes
 
 Kind = Literal["relative", "added"]
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -77,3 +79,18 @@ def matched(poles: np.ndarray, truth: np.ndarray) -> np.ndarray:
     rows, columns = linear_sum_assignment(np.abs(poles[:, None] - truth) / np.abs(truth))
     found: np.ndarray = rows[np.argsort(columns)]
     return found
+
+
+LINES = np.linspace(20.0, 600.0, 581)
+PAIRS = Truth.of((100, 100, 150, 300, 301, 450), (0.01, 0.01, 0.02, 0.01, 0.012, 0.005), 6)
+"""A pair that coincides, one that is close."""
+SMALL = Truth.of((100, 100, 180), (0.01, 0.01, 0.02), 3, seed=2)
+
+
+def band_of(truth: Truth, lines: np.ndarray, references: int, derivatives: int = 0) -> Band:
+    values = truth.matrix(lines, references, derivatives)
+    return matrix_of(functions(lines, values, derivatives))[0]
+
+
+def modes_of(truth: Truth, references: int, group: Any = None) -> Modes:
+    return Modes.of(truth.poles, truth.shapes[:references].astype(complex), None if group is None else np.array(group))

@@ -7,8 +7,8 @@ though hardly seen, and the poles beside them take the blame: by several of thei
 
 from __future__ import annotations
 
-import itertools
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -204,15 +204,21 @@ def _own_part(band: Band, at: Refined, shape: np.ndarray) -> np.ndarray:
     return np.maximum(found, OWN)
 
 
+def _tried(places: np.ndarray) -> Iterator[np.ndarray]:
+    """Poles at natural frequencies with all `RATIOS`, in blocks; of those within half a half bandwidth one."""
+    for ratio in RATIOS:
+        some = places[np.unique(np.floor(np.log(places) / (ratio / 2)), return_index=True)[1]]
+        for block in np.array_split(some, math.ceil(len(some) / BLOCK)):
+            yield block * complex(-ratio, math.sqrt(1 - ratio**2))
+
+
 def _with_best(band: Band, at: Refined, places: np.ndarray, is_beside: bool = False) -> Modes:
     """The modes with the best of those at some natural frequencies, as far as it can be told without moving the others.
 
     The second of a close pair is told beside the first, which has moved to follow both: by the part that is its own.
     """
     best: tuple[float, complex, np.ndarray] = (-1.0, 0j, np.zeros(0))
-    blocks = np.array_split(places, math.ceil(len(places) / BLOCK))
-    for ratio, block in itertools.product(RATIOS, blocks):
-        poles = block * complex(-ratio, math.sqrt(1 - ratio**2))
+    for poles in _tried(places):
         shape = 1 / (1j * band.omega[:, None] - poles)
         pull = (at.weight * at.rest) @ shape.conj()
         held = at.weight @ np.abs(shape) ** 2
