@@ -14,6 +14,8 @@ import xarray as xr
 from test_locks import fewer, to_and_fro
 
 import trivet as t
+from trivet.cli.views import locks as view
+from trivet.model.elements import Drivable
 from trivet.show import locks as drawn
 
 PATH = """
@@ -27,11 +29,14 @@ roll = "-0.3 rad"
 """
 
 
+RANGE = "--from", "20 Hz", "--to", "2 kHz", "--loss-factor", "0.1"
+
+
 @pytest.fixture
 def files(tmp_path: Path) -> tuple[str, str]:
     """A machine with seven drives, and a path."""
     machine, path = tmp_path / "fewer.toml", tmp_path / "path.toml"
-    t.write(fewer("leg-1"), machine)
+    t.write(fewer("leg-1").with_locks({"leg-1.guide": 0.2, "leg-2.guide": 0.02, "leg-3.guide": -0.03}), machine)
     path.write_text(PATH, encoding="utf-8")
     return str(machine), str(path)
 
@@ -73,12 +78,16 @@ def test_advice_as_json_figures_and_data(trivet: Any, files: tuple[str, str], tm
         assert np.isnan(data["value"].values[1:]).all()
         assert data["value"].values[0].min() == pytest.approx(own.best.value, rel=1e-9)
         assert data.attrs["objective_name"] == "K_zz"
+        assert data["chosen_roll"].values[0] == pytest.approx(data["roll"].values)
+        assert data["roll"].values[[0, -1]] == pytest.approx([0.3, -0.3])
     assert Path(picture).read_bytes()[:4] == b"\x89PNG"
     assert "which drives to lock" in Path(page).read_text(encoding="utf-8")
-    names, least, most = drawn.bars(own)
-    assert names == ["leg-1.guide"]
-    assert least[0] == pytest.approx(own.best.value / 1e6)
-    assert least[0] <= most[0]
+    shown = drawn.bars(own)
+    assert shown.names == ["leg-1.guide"]
+    assert shown.least[0] == pytest.approx(own.best.value / 1e6)
+    assert shown.least[0] <= shown.most[0]
+    assert found["as_the_file_locks_N_per_m"] == pytest.approx(own.as_is, rel=1e-9)
+    assert shown.as_is == pytest.approx(own.as_is / 1e6)
 
 
 def test_all_drives_as_tables_figures_and_data(trivet: Any, files: tuple[str, str], tmp_path: Path) -> None:
@@ -103,8 +112,55 @@ def test_all_drives_as_tables_figures_and_data(trivet: Any, files: tuple[str, st
     travel = math.radians(40)
     assert curves["leg-1.guide"].values == pytest.approx((own.coordinates[:, 0] + travel / 2) / travel)
     alone, work, locks = drawn.value_curves(own)
+    assert alone.values == pytest.approx(own.alone[::2] / 1e6)
+    assert alone.at == pytest.approx(own.along[::2])
     assert np.all(work.values[::2] <= alone.values * (1 + 1e-9))
     assert locks.values.min() <= work.values.min()
+
+
+class Seen(Exception):
+    """What the studies are asked for."""
+
+
+@pytest.fixture
+def asked(trivet: Any, files: tuple[str, str], monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Calls the command, and gives the arguments of the study that it calls."""
+
+    def seen(*given: Any, **named: Any) -> None:
+        raise Seen(*given, named)
+
+    monkeypatch.setattr("trivet.study.lock_advice.advise_locks", seen)
+    monkeypatch.setattr("trivet.study.redundant.redundant_path", seen)
+
+    def call(*arguments: str) -> tuple[Any, ...]:
+        with pytest.raises(Seen) as caught:
+            trivet("locks", files[0], *({"PATH": files[1]}.get(word, word) for word in arguments))
+        return caught.value.args
+
+    return call
+
+
+def test_a_task_reaches_the_studies_as_it_was_given(asked: Any) -> None:
+    machine, family, goal, named = asked("--path", "PATH", "--modes", "own", "--drives", "rigid")
+    assert (len(family.coordinates), named["modes"], named["roll"], goal) == (13, "own", None, t.Goal())
+    drives = [e for leg in machine.legs for e in leg.chain.elements if isinstance(e, Drivable) and e.actuated]
+    assert {e.stiffness for e in drives} == {None}
+    _, family, goal, named = asked("--hemisphere", "--radius", "4 mm", "--height", "121 mm", "--roll", "10 deg")
+    heights = family.places(family.coordinates).position[:, 2]
+    assert (heights.min(), heights.max()) == pytest.approx((0.121, 0.125))
+    assert (named["roll"], named["modes"]) == (pytest.approx(math.radians(10)), "all")
+    assert [asked("--hemisphere", *roll)[3]["roll"] for roll in ((), ("--roll", "best"), ("--roll=-alpha",))] == [
+        None, "best", "-alpha"
+    ]  # fmt: skip
+    (pose,), goal = asked("--tilt", "5 deg", "--roll", "8 deg", "--objective", "D_zz", *RANGE)[1:3]
+    assert pose == pytest.approx((0.0, 0.0, 0.125, 0.0, math.radians(5), math.radians(8)))
+    assert goal == t.Goal("D_zz", 20.0, 2000.0, 0.1)
+    assert asked("--path", "PATH", "--steps", "3", "--redundant", "--rate", "0.5")[3]["rate"] == 0.5
+
+
+def test_where_drives_are_locked_is_written_as_it_is_read() -> None:
+    where = view.where_locked(fewer("leg-1"), {"leg-1.guide": math.radians(5), "leg-2.radial": 0.0442})
+    assert where == "leg-1.guide=5 deg, leg-2.radial=44.2 mm"
 
 
 def test_a_pose_with_travel_in_words(trivet: Any, files: tuple[str, str]) -> None:

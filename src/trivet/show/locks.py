@@ -22,6 +22,17 @@ DASHES = {"solid": "-", "dash": "--", "dot": ":"}
 MOST_BARS = 30
 
 
+class Bars(NamedTuple):
+    """Lock sets that reach the task, the best first; values as shown."""
+
+    names: list[str]
+    least: list[float]
+    most: list[float]
+    """The greatest over the task."""
+    as_is: float
+    """With the locks of the machine's file; NaN where there is none."""
+
+
 class Curve(NamedTuple):
     """A curve over the path."""
 
@@ -59,12 +70,12 @@ def scale(asked: Measure) -> tuple[float, str]:
     return 1.0, f"least {asked.name}" + (f", {asked.unit}" if asked.unit else "")
 
 
-def bars(result: LocksAdvised) -> tuple[list[str], np.ndarray, np.ndarray]:
-    """Names of the lock sets that reach the task, the least value of each and the greatest over the task, the best first."""
+def bars(result: LocksAdvised) -> Bars:
+    """What is drawn of advice."""
     factor, _ = scale(result.measure)
     shown = result.reached[:MOST_BARS]
     most = [factor * float(a.holding.least.max()) for a in shown if a.holding is not None]
-    return [a.locks.name for a in shown], factor * np.array([a.value for a in shown]), np.array(most)
+    return Bars([a.locks.name for a in shown], [factor * a.value for a in shown], most, factor * result.as_is)
 
 
 def value_curves(result: RedundantPath) -> list[Curve]:
@@ -86,11 +97,10 @@ def drive_curves(result: RedundantPath) -> list[Curve]:
     for k, name in enumerate(result.drives):
         travel, own = joints[name].travel, result.coordinates[:, k]
         low, width = (own[0], 1.0) if travel is None else (float(travel[0]), float(travel[1]) - float(travel[0]))
-        place, rank = (
-            chains.index(name.partition(".")[0]),
-            sum(n.partition(".")[0] == name.partition(".")[0] for n in result.drives[:k]),
-        )
-        found.append(Curve(name, result.along, (own - low) / width, SERIES[place % len(SERIES)], [*DASHES][rank % len(DASHES)]))
+        chain = name.partition(".")[0]
+        colour = SERIES[chains.index(chain) % len(SERIES)]
+        rank = sum(n.partition(".")[0] == chain for n in result.drives[:k])
+        found.append(Curve(name, result.along, (own - low) / width, colour, [*DASHES][rank % len(DASHES)]))
     return found
 
 
@@ -114,15 +124,15 @@ def _style(axes: Any) -> None:
 def _bar_picture(result: LocksAdvised, path: Path) -> None:
     figure = _figure(result)
     axes = figure.add_axes((0.36, 0.08, 0.6, 0.78))
-    names, least, most = bars(result)
-    at, (factor, label) = np.arange(len(names)), scale(result.measure)
-    axes.barh(at, least, color=BLUE, height=0.6, label="least over the task")
-    axes.plot(most, at, "|", color=ORANGE, markersize=14, markeredgewidth=2, label="greatest over the task")
-    if np.isfinite(result.as_is):
-        axes.axvline(factor * result.as_is, color=VERMILLION, linestyle="--", linewidth=1.4, label="as the file locks")
-    axes.set_yticks(at, labels=names, fontsize=10)
+    shown = bars(result)
+    at = np.arange(len(shown.names))
+    axes.barh(at, shown.least, color=BLUE, height=0.6, label="least over the task")
+    axes.plot(shown.most, at, "|", color=ORANGE, markersize=14, markeredgewidth=2, label="greatest over the task")
+    if np.isfinite(shown.as_is):
+        axes.axvline(shown.as_is, color=VERMILLION, linestyle="--", linewidth=1.4, label="as the file locks")
+    axes.set_yticks(at, labels=shown.names, fontsize=10)
     axes.invert_yaxis()
-    axes.set_xlabel(label, fontsize=12)
+    axes.set_xlabel(scale(result.measure)[1], fontsize=12)
     _style(axes)
     axes.legend(loc="lower right", bbox_to_anchor=(1.01, 1.005), ncols=3, fontsize=11, frameon=False)
     figure.savefig(path, format="png")
@@ -146,16 +156,15 @@ def _path_picture(result: RedundantPath, path: Path) -> None:
 def _bar_page(result: LocksAdvised, path: Path) -> None:
     import plotly.graph_objects as go
 
-    names, least, most = bars(result)
-    factor, label = scale(result.measure)
+    shown = bars(result)
     page = go.Figure()
-    page.add_bar(x=least.tolist(), y=names, orientation="h", marker_color=BLUE, name="least over the task")
+    page.add_bar(x=shown.least, y=shown.names, orientation="h", marker_color=BLUE, name="least over the task")
     marker = {"symbol": "line-ns", "size": 14, "line": {"width": 2, "color": ORANGE}}
-    page.add_scatter(x=most.tolist(), y=names, mode="markers", marker=marker, name="greatest over the task")
-    if np.isfinite(result.as_is):
-        page.add_vline(x=factor * result.as_is, line={"color": VERMILLION, "dash": "dash"}, annotation_text="as the file locks")
+    page.add_scatter(x=shown.most, y=shown.names, mode="markers", marker=marker, name="greatest over the task")
+    if np.isfinite(shown.as_is):
+        page.add_vline(x=shown.as_is, line={"color": VERMILLION, "dash": "dash"}, annotation_text="as the file locks")
     page.update_yaxes(autorange="reversed")
-    page.update_xaxes(title_text=label, showgrid=True, gridcolor=GRID)
+    page.update_xaxes(title_text=scale(result.measure)[1], showgrid=True, gridcolor=GRID)
     _written(page, result, path)
 
 

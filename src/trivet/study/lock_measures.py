@@ -274,7 +274,10 @@ class Dynamic:
         return value, frequency
 
     def slopes(self, pieces: Pieces, poses: Frame, pushed: Sequence[Pieces]) -> Array:
-        """At the frequency of the least value, where the derivative by the frequency vanishes (envelope theorem)."""
+        """At the frequency of the least value, where the derivative by the frequency vanishes (envelope theorem).
+
+        Poses stand still, so that slopes by a roll, which turns the platform's mass as well, are not these.
+        """
         _, frequency = self._found(pieces, poses)
         made = np.full((len(frequency), 1, len(pushed)), np.nan)
         closed = np.flatnonzero(np.isfinite(frequency[:, 0]))
