@@ -15,6 +15,7 @@ import pytest
 from scipy.optimize import least_squares
 
 import trivet as t
+from trivet.cli.views import locks as view
 from trivet.errors import InputError, NoResultError
 from trivet.kinematics.held import Held, ways
 from trivet.kinematics.inverse import inverse
@@ -31,7 +32,7 @@ from trivet.study.lock_measures import Goal, measure
 from trivet.study.lock_search import with_best_rolls
 from trivet.study.lock_task import task_of
 from trivet.study.lock_values import Poses, looked, over_poses, slopes_at, turned
-from trivet.study.locks import lock_sets, with_drives_locked
+from trivet.study.locks import LockSets, lock_sets, with_drives_locked
 from trivet.study.pathfile import PathFile, PathPose
 from trivet.study.redundant import RedundantPath, redundant_path
 from trivet.vibration.exact import ExactStructure, exact_mesh
@@ -44,6 +45,11 @@ POSES = np.array([[0.0, 0.0, 0.125, 0.3, 0.1, -0.2], [0.003, 0.002, 0.124, 0.5, 
 @cache
 def free() -> t.Machine:
     return t.load("rmmt").with_free_drives()
+
+
+@cache
+def sets() -> LockSets:
+    return lock_sets("rmmt")
 
 
 def fewer(*chains: str) -> t.Machine:
@@ -150,7 +156,7 @@ def null_space(matrix: np.ndarray) -> np.ndarray:
 
 
 def test_all_lock_sets_of_the_prototype_by_its_closed_loops() -> None:
-    found = lock_sets("rmmt")
+    found = sets()
     assert (len(found.sets), found.spare, found.symmetry, len(found.whole)) == (84, 3, 3, 27)
     assert len({one.group for one in found.whole}) == 11
     slopes = loops()
@@ -172,16 +178,16 @@ def test_all_lock_sets_of_the_prototype_by_its_closed_loops() -> None:
 
 
 def test_a_set_says_what_it_takes() -> None:
-    sets = {one.drives: one for one in lock_sets("rmmt").sets}
-    two = sets["leg-1.guide", "leg-1.tangential", "leg-2.guide"]
+    told = {one.drives: one for one in sets().sets}
+    two = told["leg-1.guide", "leg-1.tangential", "leg-2.guide"]
     assert two.verdict == "leg-1 stops motion along (0.00, 1.00, 0.00) through (18.0, 0.0, 125.0) mm; leg-3 moves by itself"
-    three = sets["leg-1.guide", "leg-1.tangential", "leg-1.radial"]
+    three = told["leg-1.guide", "leg-1.tangential", "leg-1.radial"]
     assert three.verdict == "leg-1 takes 2 freedoms of the platform; leg-2 moves by itself; leg-3 moves by itself"
     assert three.platform == 4
 
 
 def test_groups_are_turns_of_the_machine() -> None:
-    for own in lock_sets("rmmt").groups.values():
+    for own in sets().groups.values():
         shifted = {
             tuple(sorted(f"leg-{(int(n[4]) - 1 + k) % 3 + 1}{n[5:]}" for n in own[0].drives)) for k in range(3)
         }  # fmt: skip
@@ -278,7 +284,7 @@ def test_pieces_together_are_the_locked_machine() -> None:
         assert own[0] == pytest.approx(margins, rel=1e-9)
 
 
-def test_a_drive_that_holds_yields_as_one_that_is_locked() -> None:
+def test_a_drive_at_work_yields_as_one_that_is_locked() -> None:
     """Least dynamic stiffness of the free machine as it stands; of the locked one by its matrices between all nodes."""
     chosen, values = held_at(*MIXED)
     names = [name for way in chosen for name in way.drives]
@@ -312,38 +318,41 @@ def test_slopes_by_differences(name: str) -> None:
         assert margins[..., v] == pytest.approx((ahead[1] - behind[1]) / 2e-6, rel=1e-5, abs=1e-6 * np.abs(margins).max())
 
 
+def least_of(found: LocksAdvised, chosen: tuple[Held, ...], coordinates: Any, rows: Any) -> np.ndarray:
+    """(m,) the least over poses (p, 6), at coordinates (m, d) of the spare drives."""
+    poses = task_of(rows).poses
+    assert poses.rolls is not None
+    return over_poses(found.measure, chosen, np.array(coordinates), poses.frames, poses.rolls).min(axis=1)
+
+
 @pytest.mark.parametrize("objective", ["K_zz", "travel"])
 def test_brute_force_finds_nothing_better(objective: str) -> None:
-    found = advised(objective)
-    asked, family = found.measure, path()
-    fine = task_of(_rows(family, np.linspace(1, 3, 33))).poses
-    assert fine.rolls is not None
+    found, family = advised(objective), path()
+    fine = _rows(family, np.linspace(1, 3, 33))
     for advice in found.reached:
         assert advice.holding is not None
-        own = advice.holding.ways[0]
-        best = -np.inf
-        for way in ways(found.machine, 0, own.joints):
-            every = (way, *advice.holding.ways[1:])
+        chosen, best = advice.holding.ways, -np.inf
+        for way in ways(found.machine, 0, chosen[0].joints):
             grid = np.linspace(way.low, way.high, 401)
-            best = max(best, float(over_poses(asked, every, grid, fine.frames, fine.rolls).min(axis=1).max()))
-        at_best = float(over_poses(asked, advice.holding.ways, advice.holding.values[None], fine.frames, fine.rolls).min())
+            best = max(best, float(least_of(found, (way, *chosen[1:]), grid, fine).max()))
         assert advice.value >= best * (1 - 1e-6), (objective, advice.locks.name)
-        assert at_best == pytest.approx(advice.value, rel=1e-3)  # between the poses that were looked at nothing is much worse
+        # Between the poses that were looked at nothing is much worse.
+        assert least_of(found, chosen, [advice.holding.values], fine) == pytest.approx([advice.value], rel=1e-3)
+        assert advice.worst is not None
+        worst = [[*advice.worst.position, *advice.worst.angles]]
+        assert least_of(found, chosen, [advice.holding.values], worst) == pytest.approx([advice.value], rel=1e-9)
     values = [advice.value for advice in found.reached]
     assert values == sorted(values, reverse=True)
-    best = next(advice.holding for advice in found.reached if advice.locks.drives == tuple(AS_IS))
-    assert best is not None
-    at = family.coordinates[:, 0]
-    looked_at = task_of(_rows(family, np.concatenate([at, (at[1:] + at[:-1]) / 2]))).poses
-    assert looked_at.rolls is not None
-    as_is = over_poses(asked, best.ways, np.array([list(AS_IS.values())]), looked_at.frames, looked_at.rolls).min()
-    assert found.as_is == pytest.approx(as_is, rel=1e-9)
+
+
+@pytest.mark.parametrize("objective", ["K_zz", "travel"])
+def test_the_locks_of_the_file_stand_beside_the_best(objective: str) -> None:
+    found, at = advised(objective), path().coordinates[:, 0]
+    rows = _rows(path(), np.concatenate([at, (at[1:] + at[:-1]) / 2]))
+    holding = next(advice.holding for advice in found.reached if advice.locks.drives == tuple(AS_IS))
+    assert holding is not None
+    assert least_of(found, holding.ways, [[*AS_IS.values()]], rows) == pytest.approx([found.as_is], rel=1e-9)
     assert found.best.value >= found.as_is
-    assert found.best.worst is not None
-    at_worst = task_of([[*found.best.worst.position, *found.best.worst.angles]]).poses
-    assert at_worst.rolls is not None
-    there = over_poses(asked, found.best.holding.ways, found.best.holding.values[None], at_worst.frames, at_worst.rolls)
-    assert there[0, 0] == pytest.approx(found.best.value, rel=1e-9)
 
 
 def _rows(family: Family, at: np.ndarray) -> list[list[float]]:
@@ -353,9 +362,8 @@ def _rows(family: Family, at: np.ndarray) -> list[list[float]]:
 
 
 def test_copies_give_equal_values_where_the_task_is_alike() -> None:
-    sets = lock_sets("rmmt")
-    own = next(group for group in sets.groups.values() if group[0].is_whole and len(group) == 3)
-    search = Search(sets.machine, measure(sets.machine, Goal("K_zz")), task_of([[0.0, 0.0, 0.125, 0.0, 0.0, 0.1]]), None)
+    own = next(group for group in sets().groups.values() if group[0].is_whole and len(group) == 3)
+    search = Search(free(), measure(free(), Goal("K_zz")), task_of([[0.0, 0.0, 0.125, 0.0, 0.0, 0.1]]), None)
     values = [search.advise(one).value for one in own]
     assert values == pytest.approx([values[0]] * 3, rel=1e-6)
 
@@ -434,6 +442,9 @@ def test_the_end_of_a_travel_that_binds_is_named() -> None:
     own = next(advice for advice in found.reached if advice.locks.name == "leg-1.guide")
     assert own.coordinates["leg-1.guide"] == pytest.approx(math.radians(20))
     assert [one.joint for one in own.binding] == ["leg-1.guide"]
+    (told,) = next(one for one in view.as_json(found)["advice"] if one["drives"] == ["leg-1.guide"])["binding"]
+    assert (told["joint"], told["travel_margin"]) == ("leg-1.guide", pytest.approx(0, abs=1e-9))
+    assert (told["position_m"][1], told["roll_rad"]) == pytest.approx((0.004, 0.3))
 
 
 TRAVELS = {"guide": (-20, 20), "tangential": (-32.5, 32.5), "radial": (0, 65), "hinge": (5, 70)}

@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from test_locks import fewer, to_and_fro
+from test_locks import fewer, sets, to_and_fro
 
 import trivet as t
 from trivet.cli.views import locks as view
 from trivet.model.elements import Drivable
 from trivet.show import locks as drawn
+from trivet.study import lock_advice, redundant
 
 PATH = """
 [[poses]]
@@ -47,22 +48,37 @@ def test_lock_sets_as_a_table_and_as_json(trivet: Any) -> None:
     assert "rmmt: 9 drives, 3 to spare" in out
     assert "84 sets of 3 to lock; 27 leave six freedoms, 11 of them different by the machine's turns about z" in out
     assert "4: leg-1 takes 2 freedoms of the platform; leg-2 moves by itself; leg-3 moves by itself" in out
-    code, out, _ = trivet("locks", "rmmt", "--json")
-    found = json.loads(out)
-    assert code == 0
+    found = view.as_json(sets())
     assert len(found["lock_sets"]) == 84
     assert sum(one["leaves_six_freedoms"] for one in found["lock_sets"]) == 27
     assert found["spare_drives"] == found["symmetry"] == 3
 
 
-def test_advice_as_json_figures_and_data(trivet: Any, files: tuple[str, str], tmp_path: Path) -> None:
+@pytest.fixture
+def results(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """What the studies give to the command."""
+    seen: list[Any] = []
+
+    def watched(study: Any) -> Any:
+        def call(*given: Any, **named: Any) -> Any:
+            seen.append(study(*given, **named))
+            return seen[-1]
+
+        return call
+
+    monkeypatch.setattr(lock_advice, "advise_locks", watched(lock_advice.advise_locks))
+    monkeypatch.setattr(redundant, "redundant_path", watched(redundant.redundant_path))
+    return seen
+
+
+def test_advice_as_json_figures_and_data(trivet: Any, results: list[Any], files: tuple[str, str], tmp_path: Path) -> None:
     machine, path = files
     kept, picture, page = (str(tmp_path / name) for name in ("locks.nc", "locks.png", "locks.html"))
     outputs = "--data", kept, "--figure", picture, "--figure", page
     code, out, _ = trivet("locks", machine, "--path", path, "--steps", "4", "--objective", "K_zz", "--json", *outputs)
     assert code == 0
     found = json.loads(out)
-    own = t.advise_locks(machine, t.along_path(machine, path, 4), "K_zz")
+    (own,) = results
     best, *rest = found["advice"]
     assert best["least_N_per_m"] == pytest.approx(own.best.value, rel=1e-9)
     assert best["locks"][0]["joint"] == "leg-1.guide"
@@ -90,14 +106,14 @@ def test_advice_as_json_figures_and_data(trivet: Any, files: tuple[str, str], tm
     assert shown.as_is == pytest.approx(own.as_is / 1e6)
 
 
-def test_all_drives_as_tables_figures_and_data(trivet: Any, files: tuple[str, str], tmp_path: Path) -> None:
+def test_all_drives_as_tables_figures_and_data(trivet: Any, results: list[Any], files: tuple[str, str], tmp_path: Path) -> None:
     machine, path = files
     kept, picture, page = (str(tmp_path / name) for name in ("drives.nc", "drives.png", "drives.html"))
     outputs = "--data", kept, "--figure", picture, "--figure", page
     task = "--path", path, "--steps", "4", "--objective", "K_zz", "--redundant"
     code, out, _ = trivet("locks", machine, *task, *outputs)
     assert code == 0
-    own = t.redundant_path(machine, t.along_path(machine, path, 4), "K_zz")
+    (own,) = results
     assert f"{own.least / 1e6:.5g} N/µm" in out
     assert re.search(rf"^best locks +{own.locked_least / 1e6:.5g} N/µm +leg-1.guide=", out, re.MULTILINE)
     with xr.open_dataset(kept, engine="h5netcdf") as data:
@@ -129,8 +145,8 @@ def asked(trivet: Any, files: tuple[str, str], monkeypatch: pytest.MonkeyPatch) 
     def seen(*given: Any, **named: Any) -> None:
         raise Seen(*given, named)
 
-    monkeypatch.setattr("trivet.study.lock_advice.advise_locks", seen)
-    monkeypatch.setattr("trivet.study.redundant.redundant_path", seen)
+    monkeypatch.setattr(lock_advice, "advise_locks", seen)
+    monkeypatch.setattr(redundant, "redundant_path", seen)
 
     def call(*arguments: str) -> tuple[Any, ...]:
         with pytest.raises(Seen) as caught:

@@ -130,7 +130,7 @@ def _upper(leg: Leg, posture: Posture, pose: Frame, signs: Scalar, stock: Stock,
 
 @dataclass(frozen=True)
 class Stiffness:
-    """A scalar of the stiffness, all drives holding."""
+    """A scalar of the stiffness, that of all drives in it."""
 
     scalar: Objective
     piece = staticmethod(_upper)
@@ -235,11 +235,11 @@ class Travel:
 
 @dataclass(frozen=True)
 class Dynamic:
-    """The least dynamic stiffness 1/|H| over a range of frequencies, all drives holding."""
+    """The least dynamic stiffness 1/|H| over a range of frequencies, that of all drives in it."""
 
     name: str
     machine: Machine
-    """Its drives free: kernels then serve all lock sets, for a drive that holds yields as one that is locked does."""
+    """Its drives free: kernels then serve all lock sets, for a drive at work yields as one that is locked does."""
     entries: Entries
     low: float
     high: float

@@ -156,7 +156,7 @@ def _verdict(sampled: Sampled, held: list[set[str]], left: Freedoms, loose: Mapp
         said.append(f"the chains together leave the platform {left.platform} freedoms")
     said += [f"{name} moves by itself" + (f" in {n} ways" if n > 1 else "") for name, n in loose.items()]
     if stopped.platform:
-        said.append(f"with all drives held the platform still has {stopped.platform} freedoms")
+        said.append(f"with all drives stopped the platform still has {stopped.platform} freedoms")
     return "; ".join(said) if said else "six freedoms, six drives"
 
 
