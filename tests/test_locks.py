@@ -17,6 +17,7 @@ from scipy.optimize import least_squares
 import trivet as t
 from trivet.cli.views import locks as view
 from trivet.errors import InputError, NoResultError
+from trivet.kinematics.freedoms import ChainScrews, Sampled
 from trivet.kinematics.held import Held, ways
 from trivet.kinematics.inverse import inverse
 from trivet.kinematics.singularity import condition
@@ -192,6 +193,18 @@ def test_groups_are_turns_of_the_machine() -> None:
             tuple(sorted(f"leg-{(int(n[4]) - 1 + k) % 3 + 1}{n[5:]}" for n in own[0].drives)) for k in range(3)
         }  # fmt: skip
         assert {tuple(sorted(one.drives)) for one in own} == shifted
+
+
+def test_a_singular_pose_does_not_decide() -> None:
+    """Two chains of six joints, of which two coincide at one of two poses."""
+    whole = np.eye(6)
+    flat = whole[:, [0, 1, 2, 3, 4, 4]]
+    chains = [(ChainScrews(tuple("abcdef"), (), columns),) * 2 for columns in (flat, whole)]
+    pose = zyz_frame((0.0, 0.0, 0.0), 0.0, 0.0, 0.0)
+    for order in (chains, chains[::-1]):
+        sampled = Sampled(free(), (pose, pose), tuple(order))
+        assert sampled.freedoms([(), ()]) == (6, (0, 0))
+        assert sampled.screws[sampled.generic([(), ()])] is chains[1]
 
 
 @pytest.mark.parametrize("chains", [("leg-1",), ("leg-1", "leg-2")])

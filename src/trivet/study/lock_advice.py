@@ -23,7 +23,7 @@ from trivet.study.lock_grid import Miss, Table, starts, table
 from trivet.study.lock_measures import Goal, Measure, measure
 from trivet.study.lock_search import polished, with_best_rolls
 from trivet.study.lock_task import BEST, Task, TaskLike, task_of
-from trivet.study.lock_values import Holding, Poses, picked, split, turned
+from trivet.study.lock_values import Holding, Poses, mode_of, picked, split, turned
 from trivet.study.locks import LockSet, LockSets, lock_sets, with_drives_locked
 from trivet.study.machines import MachineLike, choose
 
@@ -87,10 +87,7 @@ class LockAdvice:
     @property
     def mode(self) -> str:
         """The working mode, as the locked machine has it."""
-        if self.holding is None:
-            return ""
-        groups = ["".join("+" if way.signs[b] > 0 else "-" for b in branches(way.leg)) for way in self.holding.ways]
-        return " ".join(group for group in groups if group)
+        return "" if self.holding is None else mode_of(self.holding.ways)
 
 
 @dataclass(frozen=True)

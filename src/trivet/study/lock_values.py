@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trivet.kinematics.held import Held
+from trivet.kinematics.inverse import branches
 from trivet.space.frame import Angle, Frame
 from trivet.space.pose import rolled
 from trivet.study.lock_measures import Measure
@@ -86,6 +87,12 @@ def span(ways: Sequence[Held]) -> Array:
     """(d,) travel of the held drives."""
     low, high = ends(ways)
     return high - low
+
+
+def mode_of(ways: Sequence[Held]) -> str:
+    """The working mode, as the machine so locked has it."""
+    groups = ["".join("+" if way.signs[b] > 0 else "-" for b in branches(way.leg)) for way in ways]
+    return " ".join(group for group in groups if group)
 
 
 def looked(asked: Measure, ways: Sequence[Held], values: Array, frames: Frame, rolls: Array) -> tuple[Array, Array]:

@@ -8,9 +8,9 @@ best lock set.  Beside it stands the best that every pose by itself allows: no w
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -26,7 +26,7 @@ from trivet.study.lock_grid import Miss, Table, starts, table
 from trivet.study.lock_measures import Goal
 from trivet.study.lock_search import polished
 from trivet.study.lock_task import poses_of
-from trivet.study.lock_values import Holding, span, split
+from trivet.study.lock_values import Holding, mode_of, span, split
 from trivet.study.machines import MachineLike
 from trivet.study.spare_ways import Spline, Stretch, way_over_grid
 
@@ -38,6 +38,8 @@ RATE = 2.0
 """Travels of itself that a spare drive may cover along a path, were it to go as fast all along."""
 CHARTS = 2
 """Best lock sets whose spare drives are let go."""
+WAYS = 3
+"""Of each of them: at rest, what slopes make of that, and of the best way over a grid."""
 SLACK = 1e-9
 """Part by which rates may seem beyond their bound."""
 
@@ -134,9 +136,10 @@ class _Chooser:
         charts = self.fixed.reached[:CHARTS]
         tried = []
         for k, advice in enumerate(charts):
-            progress("ways", k, len(charts))
-            tried += self._from(advice)
-        progress("ways", len(charts), len(charts))
+            for n, one in enumerate(self._from(advice)):
+                progress("ways", WAYS * k + n, WAYS * len(charts))
+                tried.append(one)
+        progress("ways", WAYS * len(charts), WAYS * len(charts))
         values = [self.checked.values(self.asked, ways, chosen) for ways, chosen in tried]
         best = int(np.argmax([own.min() for own in values]))
         ways, chosen = tried[best]
@@ -145,14 +148,13 @@ class _Chooser:
         frames, rolls = self.checked.poses.frames, self.checked.rolls
         own = [way.coordinates(c, frames, rolls) for way, c in zip(ways, split(ways, chosen), strict=True)]
         drives = {name: along for each in own for name, along in each.items()}
-        mode = replace(charts[0], holding=Holding(ways, chosen[0], rolls, values[best])).mode
         return RedundantPath(
-            self.fixed, self.rate, self.along, self.places, tuple(drives), tuple(n for way in ways for n in way.drives), mode,
-            np.stack([*drives.values()], axis=1), values[best], values[0], alone,
+            self.fixed, self.rate, self.along, self.places, tuple(drives), tuple(n for way in ways for n in way.drives),
+            mode_of(ways), np.stack([*drives.values()], axis=1), values[best], values[0], alone,
         )  # fmt: skip
 
-    def _from(self, advice: LockAdvice) -> list[tuple[tuple[Held, ...], Array]]:
-        """Coordinates (n, d) at the checked places: those of the lock set itself, and what is better."""
+    def _from(self, advice: LockAdvice) -> Iterator[tuple[tuple[Held, ...], Array]]:
+        """Coordinates (n, d) at the checked places, one after the other: those of the lock set itself, and what is better."""
         assert advice.holding is not None
         ways, still, spline = advice.holding.ways, advice.holding.values, Spline(len(self.stretch.part))
         program = Epigraph(self.asked, ways, self.stretch.poses, spline.matrix(self.stretch.part), advice.value)
@@ -161,7 +163,7 @@ class _Chooser:
         begun = [first]
         if over is not None:
             begun.append(first._replace(coefficients=np.linalg.lstsq(program.matrix, over, rcond=None)[0]))
-        done = [(ways, np.tile(still, (len(self.checked.part), 1)))]
+        yield ways, np.tile(still, (len(self.checked.part), 1))
         at, steps = spline.matrix(self.checked.part), FEW_STEPS if self.asked.is_costly else STEPS
 
         def is_met(chosen: Chosen) -> bool:
@@ -171,8 +173,7 @@ class _Chooser:
 
         for start in begun:
             found = program.climbed(start, steps, spline.rates, self.rate)
-            done.append((ways, at @ drawn_back(found, first, is_met).coefficients))  # at the lock set nothing moves
-        return done
+            yield ways, at @ drawn_back(found, first, is_met).coefficients  # at the lock set nothing moves
 
     def _alone(self, ways: tuple[Held, ...], chosen: Array, progress: Callable[[str, int, int], None]) -> Array:
         """(p,) the best that every pose by itself allows, never less than what is chosen."""
