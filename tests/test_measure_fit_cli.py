@@ -44,7 +44,8 @@ def test_tables(fit: Run) -> None:
     found = fitted()
     assert code == 0
     assert "synthetic: 4 responses, 2 references, 211 frequencies from 70 to 280 Hz" in out
-    rows = [line.split() for line in out.splitlines() if line.split() and line.split()[0] in ("1*", "2*", "3", "4")]
+    above, below = out.split("shapes: where modes move most")
+    rows = [line.split() for line in above.splitlines() if line.split() and line.split()[0] in ("1*", "2*", "3", "4")]
     assert [row[0] for row in rows] == ["1*", "2*", "3", "4"]
     for k, row in enumerate(rows):
         frequency, interval, damping, spread, phase = (float(cell) for cell in row[1:6])
@@ -60,6 +61,24 @@ def test_tables(fit: Run) -> None:
     first = out.split("the least alike first")[1].splitlines()[2].split()
     assert first[:3] == [str(found.responses[worst[0]]), "/", str(found.references[worst[1]])]
     assert first[3] == f"{found.frac.min():.4f}"
+
+    shape = found.shapes[:, 2].real
+    o, p = np.argsort(-np.abs(shape))[:2]
+    line = next(line for line in below.splitlines() if line.split()[:1] == ["3"])
+    assert f"{found.responses[o]} 1.00, {found.responses[p]} {shape[p]:.2f}, " in line
+
+
+def test_noise_and_wrong_signs_are_told(trivet: Run, tmp_path: Path) -> None:
+    clean = TRUTH.matrix(LINES, 2, 2)
+    clean[3] *= 1e-3  # as good as nought
+    values = noisy(clean, "relative", 0.02, 1)
+    values[3] += 0.01 * np.abs(clean[2]).max() * np.exp(2j * np.pi * np.random.default_rng(4).uniform(size=(2, len(LINES))))
+    save_functions(functions(LINES, -values, 2), tmp_path / "turned.nc")
+    code, out, _ = trivet("measure", "fit", "turned.nc", "--from", "140 Hz", "--to", "280 Hz", "--order", "10")
+    assert code == 0
+    assert "2 of 8 functions are mostly noise and do not count" in out
+    assert float(out.split("synthesised functions: FRAC ")[1].split()[0]) > 0.99
+    assert "at driving points modes 1, 2 answer against the load: the sign of a sensor" in out
 
 
 def test_one_reference_is_warned_of(trivet: Run, tmp_path: Path) -> None:

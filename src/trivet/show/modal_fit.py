@@ -48,13 +48,13 @@ def title(result: ModalFit) -> list[str]:
     return [
         result.functions.source or "measured responses",
         f"responses: {len(result.responses)}, references: {len(result.references)}; modes: {count}{beyond}, "
-        f"FRAC {np.nanmean(result.frac):.4f} in the mean",
+        f"FRAC {result.mean_frac:.4f} in the mean",
     ]
 
 
 def shown(result: ModalFit) -> list[Shown]:
-    """Driving points first, then the functions that are told least."""
-    known = result.band.known
+    """Driving points first, then the functions that are told least; those that are mostly noise where there are no others."""
+    known = result.clear if np.any(result.clear) else result.band.known
     places = [(o, i) for o, i, _ in driving_points(result.responses, result.references) if known[o, i]][: SHOWN - 1]
     worst = np.argwhere(known)[np.argsort(result.frac[known], kind="stable")]
     chosen = dict.fromkeys([*places, *((int(o), int(i)) for o, i in worst)])

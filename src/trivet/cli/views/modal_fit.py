@@ -16,6 +16,8 @@ FUNCTIONS = 12
 """Of the table of functions, the worst first."""
 REFERENCES = 6
 """Columns of participation, at most."""
+COMPONENTS = 5
+"""Of a shape, the greatest."""
 
 
 def tables(result: ModalFit) -> Iterator[Any]:
@@ -23,7 +25,8 @@ def tables(result: ModalFit) -> Iterator[Any]:
     yield _setting(result)
     yield _modes(result)
     yield from _notes(result)
-    yield f"measured beside synthesised functions: FRAC {np.mean(result.frac[result.band.known]):.4f} in the mean"
+    yield _shapes(result)
+    yield _alike(result)
     yield _functions(result)
 
 
@@ -43,7 +46,7 @@ def _setting(result: ModalFit) -> str:
 def _modes(result: ModalFit) -> Any:
     references = result.references[:REFERENCES]
     seen = [f"seen from {reference}" for reference in references]
-    found = table("modes", "", "Hz", "± Hz", "damping %", "± %", "in phase", "stable in % of orders", *seen)
+    found = table("modes", "", "Hz", "± Hz", "damping %", "± %", "in phase", "stable %", *seen)
     part = np.abs(result.participation) / np.linalg.norm(result.participation, axis=0)
     double = result.multiplicity > 1
     for k in range(len(result)):
@@ -76,6 +79,32 @@ def _notes(result: ModalFit) -> Iterator[str]:
         )
     if len(result.references) == 1:
         yield "one reference: modes that coincide come out as one; a machine with equal legs has such pairs"
+    real = np.sum(result.driving_residues.real, axis=0)
+    if turned := [str(k + 1) for k in range(len(result)) if real[k] < -np.abs(result.driving_residues[:, k]).sum() / 2]:
+        yield (
+            f"at driving points modes {', '.join(turned)} answer against the load: "
+            "the sign of a sensor or of the hammer is wrong, or one of them points the other way"
+        )
+
+
+def _shapes(result: ModalFit) -> Any:
+    """Where every mode moves most."""
+    found = table("shapes: where modes move most", "", "Hz", "the greatest components, against the greatest of all")
+    for k in range(len(result)):
+        shape = result.shapes[:, k]
+        most = np.argsort(-np.abs(shape), kind="stable")[:COMPONENTS]
+        found.add_row(
+            str(k + 1),
+            _rounded(result.frequency[k], result.frequency_interval[k]),
+            ", ".join(f"{result.responses[o]} {shape[o].real:.2f}" for o in most),
+        )
+    return found
+
+
+def _alike(result: ModalFit) -> str:
+    known, clear = int(result.band.known.sum()), int(result.clear.sum())
+    rest = f"; {known - clear} of {known} functions are mostly noise and do not count" if clear < known else ""
+    return f"measured beside synthesised functions: FRAC {result.mean_frac:.4f} in the mean{rest}"
 
 
 def _functions(result: ModalFit) -> Any:

@@ -18,6 +18,8 @@ from trivet.measure.modal.noise import Noise
 from trivet.measure.modal.residues import Band, Modes, Shapes, synthesised
 from trivet.measure.modal.stabilisation import HEAVY, IN_FREQUENCY, Stabilisation
 
+NOISY = 0.3
+"""A function whose noise is a greater part of it says nothing of how good a fit is."""
 CONFIDENCE = 0.95
 ALONG = 1e-6
 """How far two directions may differ and be one."""
@@ -214,6 +216,24 @@ class ModalFit:
         size = np.abs(self.synthesis())
         found: np.ndarray = np.sqrt(np.mean(self.noise.variance(size), axis=-1) / np.mean(size**2, axis=-1))
         return np.where(self.band.known, found, np.nan)
+
+    @property
+    def clear(self) -> np.ndarray:
+        """(o, i) whether a function was measured and is more than noise: what is nought by symmetry is noise alone."""
+        found: np.ndarray = self.band.known & (np.nan_to_num(self.noise_part, nan=np.inf) < NOISY)
+        return found
+
+    @property
+    def mean_frac(self) -> float:
+        """Of the clear functions; NaN where there are none."""
+        return float(np.mean(self.frac[self.clear])) if np.any(self.clear) else math.nan
+
+    @property
+    def driving_residues(self) -> np.ndarray:
+        """(d, R) of driving points, kg^-1: squares of shapes of unit modal mass, so above zero but for noise."""
+        places = driving_points(self.responses, self.references)
+        rows = [sign * self.shapes[o] * self.participation[i] for o, i, sign in places]
+        return np.array(rows).reshape(len(places), len(self)) * 2j * self.poles.imag
 
 
 def deviations(modes: Modes, covariance: np.ndarray, freedom: float) -> Deviations:
