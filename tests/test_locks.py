@@ -26,16 +26,20 @@ from trivet.model.elements import Drivable
 from trivet.space.family import Family
 from trivet.space.pose import zyz_frame
 from trivet.statics.assembly import PLATFORM, assemble
+from trivet.statics.objective import objective
 from trivet.statics.structure import structural_stiffness
+from trivet.study import lock_search
+from trivet.study.epigraph import Epigraph
 from trivet.study.lock_advice import LocksAdvised, Search, advise_locks
-from trivet.study.lock_grid import Table, table
-from trivet.study.lock_measures import Goal, measure
-from trivet.study.lock_search import with_best_rolls
+from trivet.study.lock_grid import Table, starts, table
+from trivet.study.lock_measures import Goal, Stiffness, measure
+from trivet.study.lock_search import polished, with_best_rolls
 from trivet.study.lock_task import task_of
-from trivet.study.lock_values import Poses, looked, over_poses, slopes_at, turned
-from trivet.study.locks import LockSets, lock_sets, with_drives_locked
+from trivet.study.lock_values import Holding, Poses, looked, over_poses, slopes_at, span, turned
+from trivet.study.locks import LockSet, LockSets, lock_sets, with_drives_locked
 from trivet.study.pathfile import PathFile, PathPose
 from trivet.study.redundant import RedundantPath, redundant_path
+from trivet.study.spare_ways import Stretch, way_over_grid
 from trivet.vibration.exact import ExactStructure, exact_mesh
 from trivet.vibration.response import exact_receptance
 
@@ -75,8 +79,8 @@ def path() -> Family:
 
 
 @cache
-def advised(objective: str) -> LocksAdvised:
-    return advise_locks(fewer("leg-1").with_locks(AS_IS | {"leg-2.guide": 0.02, "leg-3.guide": -0.03}), path(), objective)
+def advised(name: str) -> LocksAdvised:
+    return advise_locks(fewer("leg-1").with_locks(AS_IS | {"leg-2.guide": 0.02, "leg-3.guide": -0.03}), path(), name)
 
 
 def to_and_fro() -> Family:
@@ -338,9 +342,21 @@ def least_of(found: LocksAdvised, chosen: tuple[Held, ...], coordinates: Any, ro
     return over_poses(found.measure, chosen, np.array(coordinates), poses.frames, poses.rolls).min(axis=1)
 
 
-@pytest.mark.parametrize("objective", ["K_zz", "travel"])
-def test_brute_force_finds_nothing_better(objective: str) -> None:
-    found, family = advised(objective), path()
+def test_slopes_of_what_is_met_by_differences() -> None:
+    """Of two coefficients per spare drive, rolls that are free, and the least."""
+    (chosen, values), frames = held_at(*MIXED), task().frames
+    program = Epigraph(measure(free(), Goal("travel")), chosen, Poses(frames, None), np.array([[0.8, 0.2], [0.3, 0.7]]), 0.5)
+    x = np.array([*np.tile(values / span(chosen), 2) * np.repeat([1, 0.9], 3), -0.2, -0.4, 0.3])
+    slopes = program.slopes(x)
+    assert slopes.shape == (12, len(x))
+    for v, step in enumerate(1e-6 * np.eye(len(x))):
+        assert slopes[:, v] == pytest.approx((program.spare(x + step) - program.spare(x - step)) / 2e-6, rel=1e-5, abs=1e-6)
+    assert np.count_nonzero(np.abs(slopes[:, 6:8]).max(axis=0) > 1e-3) == 2
+
+
+@pytest.mark.parametrize("name", ["K_zz", "travel"])
+def test_brute_force_finds_nothing_better(name: str) -> None:
+    found, family = advised(name), path()
     fine = _rows(family, np.linspace(1, 3, 33))
     for advice in found.reached:
         assert advice.holding is not None
@@ -348,7 +364,7 @@ def test_brute_force_finds_nothing_better(objective: str) -> None:
         for way in ways(found.machine, 0, chosen[0].joints):
             grid = np.linspace(way.low, way.high, 401)
             best = max(best, float(least_of(found, (way, *chosen[1:]), grid, fine).max()))
-        assert advice.value >= best * (1 - 1e-6), (objective, advice.locks.name)
+        assert advice.value >= best * (1 - 1e-6), (name, advice.locks.name)
         # Between the poses that were looked at nothing is much worse.
         assert least_of(found, chosen, [advice.holding.values], fine) == pytest.approx([advice.value], rel=1e-3)
         assert advice.worst is not None
@@ -358,9 +374,9 @@ def test_brute_force_finds_nothing_better(objective: str) -> None:
     assert values == sorted(values, reverse=True)
 
 
-@pytest.mark.parametrize("objective", ["K_zz", "travel"])
-def test_the_locks_of_the_file_stand_beside_the_best(objective: str) -> None:
-    found, at = advised(objective), path().coordinates[:, 0]
+@pytest.mark.parametrize("name", ["K_zz", "travel"])
+def test_the_locks_of_the_file_stand_beside_the_best(name: str) -> None:
+    found, at = advised(name), path().coordinates[:, 0]
     rows = _rows(path(), np.concatenate([at, (at[1:] + at[:-1]) / 2]))
     holding = next(advice.holding for advice in found.reached if advice.locks.drives == tuple(AS_IS))
     assert holding is not None
@@ -379,6 +395,52 @@ def test_copies_give_equal_values_where_the_task_is_alike() -> None:
     search = Search(free(), measure(free(), Goal("K_zz")), task_of([[0.0, 0.0, 0.125, 0.0, 0.0, 0.1]]), None)
     values = [search.advise(one).value for one in own]
     assert values == pytest.approx([values[0]] * 3, rel=1e-6)
+
+
+class Costly(Stiffness):
+    is_costly = True
+
+
+def test_what_costs_much_is_not_looked_around(monkeypatch: pytest.MonkeyPatch) -> None:
+    looks: list[bool] = []
+    monkeypatch.setattr(lock_search, "_around", lambda asked, start, poses: looks.append(asked.is_costly) or start)
+    chosen, values = held_at(*MIXED)
+    for kind in (Stiffness, Costly):
+        start = Holding(chosen, values, POSES[:1, 5], np.zeros(1))
+        assert polished(kind(objective("K_zz")), [start], task().some(np.array([0]))).value > 0
+    assert looks == [False]
+    assert measure(free(), Goal("D_zz")).is_costly
+
+
+def to_and_fro_between() -> tuple[Search, LockSet]:
+    """There is the task, and back lies between its poses; for the guide of the first chain."""
+    there, back = _rows(to_and_fro(), np.array([1.0, 2.0]))
+    task = dataclasses.replace(task_of([there]), between=task_of([back]).places)
+    machine = fewer("leg-1").with_free_drives()
+    own = next(one for one in lock_sets(machine).whole if one.drives == ("leg-1.guide",))
+    return Search(machine, measure(machine, Goal("K_zz")), task, None), own
+
+
+def test_a_pose_between_that_is_worse_joins_the_search() -> None:
+    search, own = to_and_fro_between()
+    both = dataclasses.replace(search.task, places=task_of(_rows(to_and_fro(), np.array([1.0, 2.0]))).places)
+    wanted = Search(search.machine, search.asked, both, None).advise(own)
+    assert search.advise(own).value == pytest.approx(wanted.value, rel=1e-6)
+    locked = search.machine.with_locks({"leg-1.guide": 0.2, "leg-2.guide": 0.02, "leg-3.guide": -0.03})
+    alone = Search(search.machine, search.asked, task_of([_rows(to_and_fro(), np.array([1.0]))[0]]), None)
+    sets = lock_sets(search.machine)
+    assert search.as_is(locked, sets) < alone.as_is(locked, sets) * (1 - 1e-6)
+
+
+def test_the_search_begins_at_places_that_are_apart() -> None:
+    search, own = to_and_fro_between()
+    tables = [table for held in search.ways(own) if isinstance(table := search.table(held), Table)]
+    begun = starts(search.asked, tables, search.task.poses)
+    assert len(begun) == 3
+    guides = np.array([holding.values[0] for holding in begun if holding.ways == begun[0].ways])
+    gaps = np.abs(guides[:, None] - guides)[np.triu_indices(len(guides), 1)]
+    assert len(gaps)
+    assert gaps.min() > 0.1 * math.radians(40)
 
 
 def test_rolls_that_are_free_are_best_at_every_pose() -> None:
@@ -423,6 +485,20 @@ def test_all_drives_at_work_are_between_the_best_locks_and_every_pose_by_itself(
     assert found.locked_least == pytest.approx(found.fixed.best.value, rel=1e-3)
 
 
+def test_what_a_pose_allows_by_itself_by_brute_force() -> None:
+    found = redundant()
+    holding = found.fixed.best.holding
+    assert holding is not None
+    for k in (0, 6):
+        row = _rows(to_and_fro(), found.along[[k]])
+        best = -np.inf
+        for way in (way for joint in ("guide", "tangential", "radial") for way in ways(found.machine, 0, (joint,))):
+            grid = np.linspace(way.low, way.high, 201)
+            best = max(best, float(least_of(found.fixed, (way, *holding.ways[1:]), grid, row).max()))
+        assert best * (1 - 1e-9) <= found.alone[k] < best * (1 + 1e-3)
+    assert found.alone[6] > found.value[6] * (1 + 1e-6)
+
+
 def test_drives_along_a_path_stand_where_the_platform_is_and_keep_to_their_rate() -> None:
     found = redundant()
     columns = {name: found.coordinates[:, k] for k, name in enumerate(found.drives)}
@@ -439,6 +515,26 @@ def test_drives_along_a_path_stand_where_the_platform_is_and_keep_to_their_rate(
         held = with_drives_locked(found.machine, {"leg-1.guide": float(columns["leg-1.guide"][k])})
         pose = jax.tree.map(float, zyz_frame(found.places.position[k], *angles))
         assert structural_stiffness(held, pose, np.ones((3, 2)))[2, 2] == pytest.approx(found.value[k], rel=1e-6)
+
+
+def test_no_way_over_the_grid_is_above_the_best_one() -> None:
+    found, rate = redundant().fixed, 0.5
+    assert found.best.holding is not None
+    chosen, part = found.best.holding.ways, np.linspace(0, 1, 9)
+    stretch = Stretch(part, task_of(_rows(to_and_fro(), part + 1)).poses)
+    way = way_over_grid(found.measure, chosen, stretch, rate)
+    assert way is not None
+    line = np.linspace(chosen[0].low, chosen[0].high, 15)
+    heights = over_poses(found.measure, chosen, line, stretch.poses.frames, stretch.rolls)
+    cells = np.abs(line - way[:, 0]).argmin(axis=0)
+    assert line[cells] == pytest.approx(way)
+    least, far = heights[cells, np.arange(9)].min(), int(rate * 14 / 8 + 1e-9) or 1
+    assert np.abs(np.diff(cells)).max() <= far
+    reached = np.ones(15, dtype=bool)  # where a way could be that is better all along
+    for height in heights.T:
+        reached = np.array([reached[max(k - far, 0) : k + far + 1].any() for k in range(15)]) & (height > least * (1 + 1e-12))
+    assert not reached.any()
+    assert least > heights.min(axis=1).max()  # which stands still
 
 
 def test_a_slower_drive_gives_less() -> None:
