@@ -7,10 +7,13 @@ import os
 import secrets
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from trivet.errors import InputError
+
+_begun: set[str] = set()
+"""Temporary files that are being written."""
 
 
 @contextmanager
@@ -38,6 +41,7 @@ def replacing(path: str | os.PathLike[str], *, overwrite: bool = False) -> Itera
         if target.exists() and not overwrite:
             raise InputError(_exists(target))
         # Not tempfile: its files are closed to everybody else, and so would be the result.
+        _begun.add(str(temporary))
         temporary.open("x").close()
         created = True
         yield temporary
@@ -53,6 +57,14 @@ def replacing(path: str | os.PathLike[str], *, overwrite: bool = False) -> Itera
     finally:
         if created:
             temporary.unlink(missing_ok=True)
+        _begun.discard(str(temporary))
+
+
+def remove_begun() -> None:
+    """Remove the files that are being written: for who leaves without ending their blocks."""
+    for name in list(_begun):
+        with suppress(OSError):
+            os.unlink(name)
 
 
 def check_room(path: str | os.PathLike[str], size: float) -> None:

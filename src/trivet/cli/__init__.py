@@ -9,6 +9,8 @@ import signal
 import sys
 from types import FrameType
 
+from trivet.files import remove_begun
+
 INTERRUPTED = 130
 
 
@@ -65,7 +67,8 @@ def main() -> None:
 def _leave(number: int, frame: FrameType | None) -> None:
     code = INTERRUPTED if number == signal.SIGINT else 128 + number
     if _is_importing(frame):
-        # An exception in the middle of a library that sets itself up can end in a crash; no file has been begun yet.
+        # An exception in the middle of a library that sets itself up can end in a crash.
+        remove_begun()
         with contextlib.suppress(OSError, ValueError):
             os.write(2, b"trivet: interrupted\n")
         os._exit(code)

@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from trivet.measure.files.suffixes import KINDS
+
 Machine = Annotated[
     str,
     typer.Argument(
@@ -16,6 +18,9 @@ Machines = Annotated[
     list[str] | None,
     typer.Argument(help="Names in the catalogue or .toml files; the paper's four when none is named.", metavar="[MACHINE]..."),
 ]
+_MEASURED = f"Measured responses: {', '.join(map(str, KINDS[:-1]))} or {KINDS[-1]}."
+MeasuredFile = Annotated[str, typer.Argument(help=_MEASURED, metavar="MEASURED")]
+MeasuredFiles = Annotated[list[str], typer.Argument(help=_MEASURED, metavar="MEASURED...")]
 Settings = Annotated[
     list[str] | None,
     typer.Option(

@@ -11,11 +11,17 @@ from trivet.errors import InputError, shown
 from trivet.measure.channels import UNIT_LENGTH, is_name
 from trivet.measure.functions import MOTIONS, Functions
 
+PACKED = {"gzip": b"\x1f\x8b", "zip": b"PK\x03\x04", "bzip2": b"BZh", "xz": b"\xfd7zXZ\x00"}
+"""First bytes of compressed files."""
 MOST_VALUES = 20_000_000
 """Complex values of all functions together: a third of a gigabyte."""
 MOST_FUNCTIONS = 10_000
 LARGEST_FILE = 500_000_000
 """Bytes of a file of functions."""
+HIGHEST = 1e9
+"""Hz; no structure is measured there."""
+LARGEST = 1e24
+"""SI; what no structure answers."""
 FARTHEST = 1e4
 """m; a point so far from the origin of its axes was given in another unit."""
 
@@ -33,11 +39,28 @@ def check_size(path: str | os.PathLike[str]) -> None:
         raise InputError(f"{name}: cannot be read: {error.strerror or error}") from None
     if not os.path.isfile(name):
         raise InputError(f"{name}: is no regular file")
+    check_plain(name)
     if size > LARGEST_FILE:
         raise InputError(
             f"{name}: has {size / 1e6:.0f} MB; expected at most {LARGEST_FILE / 1e6:.0f} MB; "
             "keep fewer functions or frequencies in it"
         )
+
+
+def check_plain(name: str) -> None:
+    """Refuse what is compressed.
+
+    Raises:
+        InputError: naming the way, or for a file that cannot be read.
+    """
+    try:
+        with open(name, "rb") as file:
+            start = file.read(6)
+    except OSError as error:
+        raise InputError(f"{name}: cannot be read: {error.strerror or error}") from None
+    for way, mark in PACKED.items():
+        if start.startswith(mark):
+            raise InputError(f"{name}: is compressed ({way}); unpack it first")
 
 
 def check_count(functions: int, frequencies: int, where: str) -> None:
@@ -80,12 +103,13 @@ def check_functions(functions: Functions, where: str) -> None:
 
 
 def check_frequencies(frequency: Sequence[float] | np.ndarray, where: str) -> None:
-    """Refuse frequencies (n,) in Hz that are not finite, below zero, or do not rise."""
+    """Refuse frequencies (n,) in Hz that are not finite, below zero, beyond all that is measured, or do not rise."""
     numbers = np.asarray(frequency)
-    wrong = np.flatnonzero(~np.isfinite(numbers) | (numbers < 0))
+    wrong = np.flatnonzero(~((numbers >= 0) & (numbers <= HIGHEST)))  # a NaN is none either
     if len(wrong):
         k = int(wrong[0])
-        raise InputError(f"{where}: frequency {k + 1} of {len(numbers)}: {numbers[k]:g} Hz; expected a finite one, 0 or more")
+        expected = f"expected a finite one, 0 to {HIGHEST:g} Hz"
+        raise InputError(f"{where}: frequency {k + 1} of {len(numbers)}: {numbers[k]:g} Hz; {expected}")
     falling = np.flatnonzero(np.diff(numbers) <= 0)
     if len(falling):
         k = int(falling[0]) + 1
@@ -95,12 +119,12 @@ def check_frequencies(frequency: Sequence[float] | np.ndarray, where: str) -> No
 
 
 def _check_values(functions: Functions, where: str) -> None:
-    finite = np.isfinite(functions.values)
-    if not finite.all():
-        function, line = (int(k) for k in np.argwhere(~finite)[0])
+    measured = (np.abs(functions.values.real) <= LARGEST) & (np.abs(functions.values.imag) <= LARGEST)
+    if not measured.all():
+        function, line = (int(k) for k in np.argwhere(~measured)[0])
         raise InputError(
-            f"{where}: {functions.labels[function]} at {functions.frequency[line]:g} Hz: {functions.values[function, line]}; "
-            "expected a finite value; leave out that frequency"
+            f"{where}: {functions.labels[function]} at {functions.frequency[line]:g} Hz: {functions.values[function, line]:g}; "
+            f"expected a finite value up to {LARGEST:g}; leave out that frequency"
         )
     if functions.coherence is None:
         return

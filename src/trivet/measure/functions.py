@@ -12,6 +12,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from trivet.errors import InputError
+
 Motion = Literal["displacement", "velocity", "acceleration"]
 MOTIONS: tuple[Motion, ...] = ("displacement", "velocity", "acceleration")
 """What a sensor gives; the number of derivatives of displacement is the place in this list."""
@@ -105,13 +107,50 @@ class Functions:
             coherence=None if self.coherence is None else self.coherence[:, inside],
         )
 
+    @property
+    def alike(self) -> list[list[int]]:
+        """Numbers of the functions of one response, reference and motion each, in the order of their first appearance."""
+        found: dict[tuple[Channel, Channel, Motion], list[int]] = {}
+        for k, key in enumerate(zip(self.responses, self.references, self.motions, strict=True)):
+            found.setdefault(key, []).append(k)
+        return list(found.values())
+
+    def averaged(self) -> Functions:
+        """Every function once: of those that were measured several times the mean, as if all had been one measurement.
+
+        With loads of one spectrum the H1 estimate over all is the mean of the single ones, H = mean H_k, and its coherence
+        |H|^2 / mean(|H_k|^2 / coherence_k), which is low where they differ; unknown where one of them has none.
+        """
+        groups = self.alike
+        if len(groups) == len(self):
+            return self
+        mean = np.array([self.values[own].mean(axis=0) for own in groups])
+        first = self.only(own[0] for own in groups)
+        if self.coherence is None:
+            return replace(first, values=mean)
+        coherence = np.array(first.coherence)
+        for row, value, own in zip(coherence, mean, groups, strict=True):
+            if len(own) > 1:
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    row[:] = np.abs(value) ** 2 / np.mean(np.abs(self.values[own]) ** 2 / self.coherence[own], axis=0)
+        return replace(first, values=mean, coherence=coherence)
+
     def matrix(self) -> tuple[np.ndarray, tuple[Channel, ...], tuple[Channel, ...]]:
         """(o, i, n) as measured, of o responses to i references, in the order of their first appearance; NaN where none was.
 
-        Of functions that were measured twice the last one counts.
+        Of functions that were measured several times it holds the mean.
+
+        Raises:
+            InputError: for a pair that was measured as several motions, of which one is to be left out.
         """
-        outputs, inputs = tuple(dict.fromkeys(self.responses)), tuple(dict.fromkeys(self.references))
-        whole = np.full((len(outputs), len(inputs), len(self.frequency)), np.nan, dtype=complex)
-        for value, response, reference in zip(self.values, self.responses, self.references, strict=True):
-            whole[outputs.index(response), inputs.index(reference)] = value
+        once = self.averaged()
+        outputs, inputs = tuple(dict.fromkeys(once.responses)), tuple(dict.fromkeys(once.references))
+        whole = np.full((len(outputs), len(inputs), len(once.frequency)), np.nan, dtype=complex)
+        for k, (response, reference) in enumerate(zip(once.responses, once.references, strict=True)):
+            place = outputs.index(response), inputs.index(reference)
+            if not np.isnan(whole[place]).all():
+                raise InputError(
+                    f"{once.labels[k]} was measured as several motions, {once.motions[k]} among them; leave out all but one"
+                )
+            whole[place] = once.values[k]
         return whole, outputs, inputs

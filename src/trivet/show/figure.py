@@ -7,8 +7,8 @@ from functools import singledispatch
 from typing import Any
 
 from trivet.kinematics.forward import Forward
+from trivet.measure.imported import Imported
 from trivet.measure.modal.model import ModalFit
-from trivet.measure.universal.join import Imported
 from trivet.model import Machine
 from trivet.show.assembly import draw_assembly
 from trivet.show.atlas import draw_atlas

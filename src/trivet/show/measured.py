@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from trivet.files import replacing
-from trivet.measure.universal.join import Imported
+from trivet.measure.channels import unit_of
+from trivet.measure.imported import Imported
 from trivet.show.maps import check_suffix
 
 FEW = 6
@@ -21,7 +22,6 @@ NARROW, WIDE = 400, 4000
 """Columns of a map, and points of a curve, at least and at most."""
 DEEP = -80.0
 """dB below the greatest magnitude of a function, down to which colours go."""
-UNITS = {"displacement": ("m", "rad"), "velocity": ("m/s", "rad/s"), "acceleration": ("m/s²", "rad/s²")}
 
 
 class Seen(NamedTuple):
@@ -89,11 +89,8 @@ def mean_square(magnitude: np.ndarray) -> np.ndarray:
 def unit(found: Imported) -> str:
     """Of the values, where they have one in common."""
     functions = found.functions
-    pairs = {
-        f"{UNITS[motion][a.is_rotation]} per {'N m' if b.is_rotation else 'N'}"
-        for motion, a, b in zip(functions.motions, functions.responses, functions.references, strict=True)
-    }
-    return pairs.pop() if len(pairs) == 1 else "SI of each"
+    units = {unit_of(*one) for one in zip(functions.motions, functions.responses, functions.references, strict=True)}
+    return units.pop() if len(units) == 1 else "SI of each"
 
 
 def title(found: Imported) -> list[str]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from trivet.measure.universal.join import Imported
+from trivet.measure.imported import Imported
 from trivet.show.measured import DEEP, FEW, Seen, below_peak, mean_square, title, unit
 from trivet.show.measured_picture import SERIES
 from trivet.show.palette import BLUE, GRID, VERMILLION

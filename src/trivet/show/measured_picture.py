@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from trivet.measure.universal.join import Imported
+from trivet.measure.imported import Imported
 from trivet.show.measured import DEEP, FEW, Seen, below_peak, mean_square, title, unit
 from trivet.show.palette import BLACK, BLUE, GREEN, GRID, ORANGE, PURPLE, SKY, VERMILLION
 

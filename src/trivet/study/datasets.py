@@ -10,8 +10,8 @@ import numpy as np
 
 from trivet.kinematics.report import OK, STATUS_WORDS, joint_names
 from trivet.measure.files.by_suffix import save_functions
+from trivet.measure.imported import Imported
 from trivet.measure.modal.model import ModalFit
-from trivet.measure.universal.join import Imported
 from trivet.results.netcdf import COMPONENTS, labelled, write_groups, write_netcdf
 from trivet.study.atlas import Atlas
 from trivet.study.atlas_datasets import atlas_dataset

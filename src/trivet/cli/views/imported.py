@@ -9,7 +9,7 @@ import numpy as np
 
 from trivet.cli.views.layout import more, table
 from trivet.cli.views.si import finite, functions_json
-from trivet.measure.universal.join import Imported
+from trivet.measure.imported import Imported
 
 ROWS = 40
 """Of a table, at most."""
@@ -39,8 +39,8 @@ def _counted(count: int, what: str) -> str:
 
 def _functions(found: Imported) -> Any:
     functions = found.functions
-    words = ("response", "reference", "motion", "unit in the file")
-    rows = table("functions", *words, "greatest, SI", "at Hz", "lowest coherence", "lines in doubt", left=len(words))
+    words = ("response", "reference", "motion", "unit in file")
+    rows = table("functions", *words, "peak, SI", "at Hz", "coherence from", "in doubt", left=len(words))
     lowest, doubtful = lowest_coherence(found), found.doubtful.sum(axis=1)
     for k in range(min(len(functions), ROWS)):
         peak = int(np.argmax(np.abs(functions.values[k])))

@@ -1,37 +1,47 @@
-"""Files of measured responses, by their suffix: NetCDF, tables of comma-separated values, universal files."""
+"""Files of measured responses, by their suffix: each kind has a reader, and a writer where any responses can be written."""
 
 from __future__ import annotations
 
 import os
-from pathlib import Path
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
-from trivet.errors import InputError
 from trivet.measure.checking import check_functions, check_size
+from trivet.measure.files.suffixes import NETCDF, TABLE, UNIVERSAL, Kind, kind_of
 from trivet.measure.functions import Functions
-from trivet.measure.universal.reading import SUFFIXES, read_universal
+from trivet.measure.imported import Content
+from trivet.measure.joining import joined
 
-READ = (".nc", ".csv", *SUFFIXES)
-WRITTEN = (".nc", ".csv")
+Writer = Callable[..., None]
+
+
+class Room(NamedTuple):
+    """Where a kind of files is read and written."""
+
+    read: Callable[[Sequence[str], str | None], list[Content]]
+    """Some files of the kind, with the units that are declared for them."""
+    write: Callable[[], Writer] | None = None
 
 
 def read_functions(path: str | os.PathLike[str]) -> Functions:
     """Read a file of measured responses: .nc (see `labelled.py`), .csv (see `table.py`), or a universal file.
 
+    Functions that were measured several times come as their mean.
+
     Raises:
         InputError: for another suffix, a file that cannot be read or is too large, or one that holds no measured responses;
             with the place in the file and what was expected.
     """
-    suffix = _suffix(path, READ)
-    if suffix in SUFFIXES:
-        return read_universal(path).functions
-    check_size(path)
-    if suffix == ".nc":
-        from trivet.measure.files.labelled import read_labelled as read
-    else:
-        from trivet.measure.files.table import read_table as read
-    found = read(path)
-    check_functions(found, os.fspath(path))
-    return found
+    return joined(contents(kind_of(path), [os.fspath(path)])).functions
+
+
+def contents(kind: Kind, paths: Sequence[str], units: str | None = None) -> list[Content]:
+    """What files of one kind hold, a file each; units are for those that do not tell theirs.
+
+    Raises:
+        InputError: as `read_functions` does.
+    """
+    return _ROOMS[kind].read(paths, units)
 
 
 def save_functions(functions: Functions, path: str | os.PathLike[str], overwrite: bool = False) -> None:
@@ -46,17 +56,46 @@ def save_functions(functions: Functions, path: str | os.PathLike[str], overwrite
         InputError: for another suffix, responses that no file holds (a value that is not finite), a file that exists unasked
             or cannot be written.
     """
-    suffix = _suffix(path, WRITTEN)
+    write = _ROOMS[kind_of(path, [kind for kind, room in _ROOMS.items() if room.write])].write
+    assert write is not None
     check_functions(functions, f"{os.fspath(path)}: cannot be written")
-    if suffix == ".nc":
-        from trivet.measure.files.labelled import write_labelled as write
-    else:
-        from trivet.measure.files.table import write_table as write
-    write(functions, path, overwrite=overwrite)
+    write()(functions, path, overwrite=overwrite)
 
 
-def _suffix(path: str | os.PathLike[str], known: tuple[str, ...]) -> str:
-    suffix = Path(path).suffix.lower()
-    if suffix not in known:
-        raise InputError(f"{os.fspath(path)}: a file of measured responses ends in {' or '.join(known)}")
-    return suffix
+def _netcdf(paths: Sequence[str], units: str | None) -> list[Content]:
+    from trivet.measure.files.labelled import read_labelled
+
+    return [_sized(path, read_labelled) for path in paths]
+
+
+def _table(paths: Sequence[str], units: str | None) -> list[Content]:
+    from trivet.measure.files.table import read_table
+
+    return [_sized(path, read_table) for path in paths]
+
+
+def _universal(paths: Sequence[str], units: str | None) -> list[Content]:
+    from trivet.measure.universal.reading import contents
+
+    return contents(paths, units)
+
+
+def _sized(path: str, read: Callable[[str], Content]) -> Content:
+    """What a file holds that is of moderate size."""
+    check_size(path)
+    return read(path)
+
+
+def _netcdf_writer() -> Writer:
+    from trivet.measure.files.labelled import write_labelled
+
+    return write_labelled
+
+
+def _table_writer() -> Writer:
+    from trivet.measure.files.table import write_table
+
+    return write_table
+
+
+_ROOMS = {NETCDF: Room(_netcdf, _netcdf_writer), TABLE: Room(_table, _table_writer), UNIVERSAL: Room(_universal)}

@@ -30,28 +30,29 @@ from trivet.measure.channels import unit_of, written
 from trivet.measure.checking import check_count
 from trivet.measure.files.table_head import FIRST, KEYS, Column, Head, Rows, read_head
 from trivet.measure.functions import Functions
+from trivet.measure.imported import Content
 
 LETTERS = 45.0
 """Of a complex number in a table, with its commas, at most."""
 
 
-def read_table(path: str | os.PathLike[str]) -> Functions:
+def read_table(path: str) -> Content:
     """Read a table.
 
     Raises:
         InputError: with the line, the column, what stands there and what was expected.
     """
-    name = os.fspath(path)
     try:
-        with open(name, encoding="utf-8-sig", newline="") as file:
-            rows = Rows(name, file)
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            rows = Rows(path, file)
             each = iter(rows)
             head, first = read_head(rows, each)
-            return _functions(head, _numbers(rows, each, head, first))
+            functions = _functions(head, _numbers(rows, each, head, first))
+            return Content.of(path, functions, [head.columns[k].unit for k in head.firsts])
     except OSError as error:
-        raise InputError(f"{name}: cannot be read: {error.strerror or error}") from None
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     except UnicodeDecodeError as error:
-        raise InputError(f"{name}: is no text in UTF-8: {error.reason}") from None
+        raise InputError(f"{path}: is no text in UTF-8: {error.reason}") from None
 
 
 def _numbers(rows: Rows, each: Iterator[list[str]], head: Head, first: list[str]) -> np.ndarray:

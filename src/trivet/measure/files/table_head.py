@@ -15,6 +15,8 @@ from trivet.measure.functions import MOTIONS, Channel, Motion
 from trivet.model.quantity import Quantity
 
 FIRST = "# trivet measured responses"
+HEADER = "# frequency: Hz, and rows response,12:+z,… reference,… motion,… unit,… part,real,… above the numbers"
+"""What stands above the numbers, for messages."""
 KEYS = ("response", "reference", "motion", "unit", "part")
 PARTS = ("real", "imag", "amplitude", "phase", "coherence")
 PAIRS = (PARTS[:2], PARTS[2:4])
@@ -36,6 +38,8 @@ class Column(NamedTuple):
     reference: Channel
     motion: Motion
     part: str
+    unit: str
+    """As the table has it."""
     factor: float
     """SI value of one unit of it."""
 
@@ -127,7 +131,7 @@ def read_head(rows: Rows, each: Iterator[list[str]]) -> tuple[Head, list[str]]:
         InputError: with the line, the column, what stands there and what was expected.
     """
     if next(each, [""])[0].strip() != FIRST:
-        raise rows.error(f"expected the first line to be {FIRST}")
+        raise rows.error(f"expected the first line to be {FIRST}, then {HEADER}; docs/measure.md has an example")
     comments: dict[str, str] = {}
     factor: float | None = None
     points: dict[str, tuple[float, float, float]] = {}
@@ -223,7 +227,7 @@ def _columns(rows: Rows, keyed: dict[str, Said]) -> list[Column]:
             factor = _factor(said["unit"], part, motion, response, reference)
         except InputError as error:
             raise rows.error(str(error), k + 2, keyed[key].line) from None
-        columns.append(Column(response, reference, motion, part, factor))
+        columns.append(Column(response, reference, motion, part, said["unit"], factor))
     return columns
 
 

@@ -15,6 +15,7 @@ from trivet.measure.correlation import ModeSet
 from trivet.measure.files.labelled_file import opened
 from trivet.measure.functions import Channel
 
+KIND = "trivet modal fit"
 MOST_MODES = 1000
 MOST_CHANNELS = 10_000
 NEEDED = ("natural_frequency", "damping", "shape", "response")
@@ -56,7 +57,7 @@ def read_fitted(path: str | os.PathLike[str]) -> FittedModes:
         InputError: with the variable, what it is and what was expected.
     """
     check_size(path)
-    with opened(path, "a modal fit", NEEDED) as file:
+    with opened(path, KIND, NEEDED) as file:
         channels, modes = (file.array(name, (None,)).shape[0] for name in ("response", "natural_frequency"))
         if not (1 <= modes <= MOST_MODES and 1 <= channels <= MOST_CHANNELS):
             expected = f"expected 1 to {MOST_MODES} and 1 to {MOST_CHANNELS}"

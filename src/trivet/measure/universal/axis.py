@@ -8,8 +8,6 @@ import numpy as np
 
 DYADIC = 12
 """Greatest power of two by which a step is taken to be divided."""
-ALIKE = 1e-5
-"""Up to which, against each other, two frequencies are the same: what six digits leave open."""
 
 
 def even_axis(first: float, step: float, points: int) -> np.ndarray:
@@ -35,16 +33,6 @@ def is_even(frequency: np.ndarray) -> bool:
 def has_six_digits(frequency: np.ndarray) -> bool:
     """Whether every frequency is read back from six digits to the last bit."""
     return all(float(f"{value:.5e}") == value for value in frequency.tolist())
-
-
-def first_difference(one: np.ndarray, other: np.ndarray) -> str | None:
-    """Where two axes differ, in words; None where they are alike."""
-    n = min(len(one), len(other))
-    apart = np.flatnonzero(np.abs(one[:n] - other[:n]) > ALIKE * np.maximum(one[:n], other[:n]))
-    if len(apart):
-        k = int(apart[0])
-        return f"line {k + 1} is at {one[k]:.9g} Hz and at {other[k]:.9g} Hz"
-    return None if len(one) == len(other) else f"they have {len(one)} and {len(other)} lines"
 
 
 def _half_digit(value: float) -> float:

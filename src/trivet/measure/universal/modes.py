@@ -4,47 +4,35 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from trivet.measure.imported import MeasuredMode
 from trivet.measure.universal.parse import Fields
+from trivet.measure.universal.points import Geometry
+from trivet.measure.universal.scan import Block
+from trivet.measure.universal.units import is_none
 
 
-@dataclass(frozen=True)
-class MeasuredMode:
-    """A mode that another program identified."""
+def mode_of(block: Block, fields: Fields, place: Geometry) -> MeasuredMode:
+    """A mode from what pyuff makes of dataset 55, turned from the axes along which its points move into those of the part.
 
-    pole: complex
-    """rad/s, with a positive imaginary part where it oscillates."""
-    points: tuple[str, ...]
-    """(p,)"""
-    shape: np.ndarray
-    """(p, 3) complex: translations in the axes of the measurement, of any size; (p, 6) with rotations."""
-    title: str = ""
+    Normal modes have the viscous damping ratio, or half the hysteretic one.
 
-    @property
-    def frequency(self) -> float:
-        """Hz, |pole| / 2 pi."""
-        return abs(self.pole) / (2 * math.pi)
-
-    @property
-    def damping(self) -> float:
-        """Ratio, -Re pole / |pole|; zero at rest."""
-        return -self.pole.real / abs(self.pole) if self.pole else 0.0
-
-
-def mode_of(fields: Fields) -> MeasuredMode:
-    """A mode from what pyuff makes of dataset 55; normal modes have the viscous damping ratio, or half the hysteretic one."""
+    Raises:
+        InputError: for a point that moves along axes which nothing defines.
+    """
     if fields["analysis_type"] == 2:
         ratio = fields["modal_damp_vis"] or fields["modal_damp_his"] / 2
         pole = 2 * math.pi * fields["freq"] * complex(-ratio, cmath.sqrt(1 - ratio**2).real)
     else:
         pole = complex(fields["eig"].real, abs(fields["eig"].imag))
     columns = [fields[f"r{k}"] for k in range(1, 7) if f"r{k}" in fields]
+    numbers = [int(number) for number in fields["node_nums"]]
     shape = np.column_stack(columns).astype(complex)
+    for row, number in zip(shape, numbers, strict=True):
+        row[:] = (place.axes(block, number) @ row.reshape(-1, 3).T).T.ravel()
     if fields["analysis_type"] != 2 and fields["eig"].imag < 0:
         shape = shape.conj()
-    words = [str(fields[f"id{k}"]) for k in range(1, 6)]
-    title = next((word for word in words if word.upper() not in ("", "NONE")), "")
-    return MeasuredMode(pole, tuple(str(number) for number in fields["node_nums"]), shape, title)
+    title = next((word for k in range(1, 6) if not is_none(word := str(fields[f"id{k}"]))), "")
+    return MeasuredMode(pole, tuple(str(number) for number in numbers), shape, title)

@@ -22,7 +22,16 @@ Fields = dict[str, Any]
 
 MOST_POINTS = 1_000_000
 """Values of the abscissa of a function that is read, at most."""
+SMALLEST, LARGEST = 1e-30, 1e24
+"""Between which measured numbers lie, in whatever unit."""
+BEYOND = 0.05
+"""Part of the numbers outside from which on they are in doubt."""
 _NUMBER = re.compile(r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|nan|inf(?:inity)?)", re.IGNORECASE)
+_INTEGER = re.compile(r"[-+]?\d+")
+_INTEGERS = {7: (0, 5, 15, 20, 30, 41, 51, 55, 66, 76, 80), **dict.fromkeys((9, 10, 11), (0, 10, 15, 20, 25))}
+"""Columns of integers in the head of a function, by its lines; pyuff takes what is none there for zero."""
+_WORDS = (30, 55)
+"""First columns of words between them."""
 _FORTRAN = re.compile(r"(?<=[\d.])[dD](?=[-+ ]?\d)")
 
 
@@ -38,7 +47,7 @@ def parse(block: Block) -> Fields | None:
 
 def head(block: Block) -> Fields:
     """The head of a function."""
-    return _head(block, block.lines())
+    return _head(block, block.lines(HEAD))
 
 
 def _head(block: Block, lines: list[str]) -> Fields:
@@ -47,6 +56,10 @@ def _head(block: Block, lines: list[str]) -> Fields:
     if len(lines) < HEAD:
         raise block.error(f"a function has {HEAD - 2} lines of head; found {max(0, len(lines) - 2)}")
     form_of(block, lines[8])
+    for record, starts in _INTEGERS.items():
+        for start, end in pairwise(starts):
+            if (cell := lines[record][start:end].strip()) and not _INTEGER.fullmatch(cell) and start not in _WORDS:
+                raise block.error(f"{shown(cell)}: expected an integer", record)
     lines = [*lines[:8], _FORTRAN.sub("E", lines[8]), *lines[9:HEAD]]
     return _ask(block, dataset_58._extract58, "\n".join(lines).encode(), header_only=True)
 
@@ -71,6 +84,7 @@ def function(block: Block) -> Fields:
     lines = block.lines()
     _head(block, lines)
     form = form_of(block, lines[8])
+    _check_order(block, form)
     if form.points > MOST_POINTS:
         raise block.error(f"{form.points} points; functions are read up to {MOST_POINTS}", 8)
     lines[8] = _FORTRAN.sub("E", lines[8])
@@ -107,6 +121,28 @@ def _check_finite(block: Block, found: Fields) -> None:
 
 def _is_big(record: str) -> bool:
     return record[7:13].strip() == "2"
+
+
+def _check_order(block: Block, form: Form) -> None:
+    """Raise InputError where values as bytes make sense in the other order only: many are beyond all reason, few turned."""
+    if block.body is None:
+        return
+    raw = block.body
+    if len(raw) != form.sizes[0]:  # leave the abscissa out, which is in single precision
+        raw = np.frombuffer(raw, dtype=[("x", "V4"), ("y", f"V{8 * (form.each - 1)}")])["y"].tobytes()
+    item = 8 if form.is_double else 4
+    little, big = (_share_beyond(np.frombuffer(raw, dtype=f"{order}f{item}")) for order in "<>")
+    told, own, right, other = (2, big, 1, little) if _is_big(block.lines(HEAD)[1]) else (1, little, 2, big)
+    if own > BEYOND and other < BEYOND / 2:
+        what = f"{own:.0%} of its values are beyond all reason, and {other:.0%} with {right}"
+        raise block.error(f"byte order {told} is wrong: {what}; write {right} behind 58b", 1)
+
+
+def _share_beyond(numbers: np.ndarray) -> float:
+    """Part of the numbers, zeros left aside, that is too large or too small for any measured one."""
+    with np.errstate(invalid="ignore"):
+        size = np.abs(numbers[numbers != 0].astype(float))
+    return float(np.mean(~((size >= SMALLEST) & (size <= LARGEST)))) if len(size) else 0.0
 
 
 def _widened(body: bytes, form: Form, order: str) -> bytes:
@@ -164,7 +200,8 @@ def _units(block: Block) -> Fields:
     from pyuff.datasets import dataset_164
 
     lines = block.lines()
-    found = _ask(block, dataset_164._extract164, "\n".join([*lines[:3], *(_FORTRAN.sub("E", line) for line in lines[3:])]))
+    lines[3:] = [_row(block, line.split(), 3 if k == 3 else 1, k) for k, line in enumerate(lines) if k > 2 and line.strip()]
+    found = _ask(block, dataset_164._extract164, "\n".join(lines))
     for name in ("length", "force"):
         if not 0 < found[name] < np.inf:
             raise block.error(f"factor of {name} {found[name]}; expected above zero", 3)
@@ -179,7 +216,7 @@ def _points(block: Block) -> Fields:
     for k, line in enumerate(block.lines()[2:], 2):
         if line.strip():
             cut = [line[a:b].strip() for a, b in pairwise((0, 10, 20, 30, 40, 53, 66, 79))]
-            rows.append(_row(block, cut if len(line.split()) != 7 else line.split(), 7, k))
+            rows.append(_row(block, cut if len(line.split()) != 7 else line.split(), 7, k, 4))
     return _ask(block, dataset_15._extract15, "\n".join(["    -1", "    15", *rows]))
 
 
@@ -187,19 +224,21 @@ def _precise_points(block: Block) -> Fields:
     from pyuff.datasets import dataset_2411
 
     lines = [(k, line) for k, line in enumerate(block.lines()) if k > 1 and line.strip()]
-    rows = [_row(block, line.split(), 4 if j % 2 == 0 else 3, k) for j, (k, line) in enumerate(lines)]
+    rows = [_row(block, line.split(), *((3, k) if j % 2 else (4, k, 4))) for j, (k, line) in enumerate(lines)]
     if len(rows) % 2:
         raise block.error("two lines a point were expected; the last point has one")
     return _ask(block, dataset_2411._extract2411, "\n".join(["    -1", "  2411", *rows]))
 
 
-def _row(block: Block, fields: list[str], count: int, record: int) -> str:
-    """A line of numbers, with a blank before each."""
+def _row(block: Block, fields: list[str], count: int, record: int, integers: int = 0) -> str:
+    """A line of numbers, the first ones integers, with a blank before each."""
     plain = [_FORTRAN.sub("E", field) for field in fields]
     if len(plain) != count or not all(_NUMBER.fullmatch(field) for field in plain):
         raise block.error(f"{shown(' '.join(fields))}: expected {count} numbers", record)
     if not all(np.isfinite(float(field)) for field in plain):
         raise block.error(f"{shown(' '.join(fields))}: a number is not finite", record)
+    if not all(_INTEGER.fullmatch(field) for field in plain[:integers]):
+        raise block.error(f"{shown(' '.join(fields))}: expected integers for labels", record)
     return " " + " ".join(plain)
 
 
@@ -212,7 +251,7 @@ def _systems(block: Block) -> Fields:
     if len(lines) < 10 or (len(lines) - 4) % 6:
         raise block.error("expected two lines, then six for each coordinate system")
     for k in range(4, len(lines), 6):
-        lines[k] = _row(block, lines[k].split()[:3], 3, k)
+        lines[k] = _row(block, lines[k].split()[:3], 3, k, 3)
         lines[k + 2 : k + 6] = [_row(block, line.split(), 3, j) for j, line in enumerate(lines[k + 2 : k + 6], k + 2)]
     lines[2] = lines[2].split()[0] if lines[2].split() else "0"
     return _ask(block, dataset_2420._extract2420, "\n".join(lines))
@@ -236,7 +275,7 @@ def _mode(block: Block) -> Fields | None:
     for j, line in enumerate(lines[10:]):
         count = 1 if j % 2 == 0 else 6 if (values, each) != (2, 3) else 3
         if count == 1:
-            _row(block, [line.strip()], 1, 10 + j)
+            _row(block, [line.strip()], 1, 10 + j, 1)
             continue
         cells = [line[k : k + 13].strip() for k in range(0, max(13 * count, len(line)), 13)]
         _row(block, cells, count, 10 + j)

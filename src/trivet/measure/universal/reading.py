@@ -3,133 +3,133 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
-from pathlib import Path
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from trivet.errors import InputError
+from trivet.measure.checking import HIGHEST
+from trivet.measure.functions import Channel
+from trivet.measure.imported import Content, Imported, Measured, Unused
+from trivet.measure.joining import first_difference, joined
 from trivet.measure.universal.axis import even_axis
-from trivet.measure.universal.join import COHERENCE, RESPONSE, Coherence, Found, Imported, Measured, Unused, joined
-from trivet.measure.universal.modes import MeasuredMode, mode_of
-from trivet.measure.universal.parse import Fields, function, head, parse, record_of
+from trivet.measure.universal.description import Described, describe
+from trivet.measure.universal.modes import mode_of
+from trivet.measure.universal.parse import Fields, function, head, record_of
 from trivet.measure.universal.points import Geometry, geometry
 from trivet.measure.universal.scan import Block, scan
-from trivet.measure.universal.units import Declared, Scale, declared, hertz, unit_of
+from trivet.measure.universal.units import Declared, declared, hertz, told_unit
 
-SUFFIXES = (".unv", ".uff", ".uf", ".u58", ".bunv", ".ufb")
-"""Of universal files."""
+RESPONSE, COHERENCE = 4, 6
+"""Types of functions that are read."""
 _KINDS = {
     0: "general function", 1: "time record", 2: "auto spectrum", 3: "cross spectrum", 5: "transmissibility",
     7: "auto correlation", 8: "cross correlation", 9: "power spectral density", 10: "energy spectral density", 12: "spectrum",
     18: "mode indicator function", 21: "partial coherence", 26: "multiple coherence",
 }  # fmt: skip
-_OTHER = {18: "coordinate systems", 55: "data at points that are no mode", 82: "trace lines", 2412: "elements"}
+Codes = tuple[object, ...]
+"""Names, numbers and directions of both ends as they stand in a file."""
 
 
-def read_universal(
-    paths: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
-    units: str | None = None,
-    least_coherence: float | None = None,
-) -> Imported:
+class Coherence(NamedTuple):
+    """A coherence of a file."""
+
+    block: Block
+    frequency: np.ndarray
+    values: np.ndarray
+
+
+class Collected(NamedTuple):
+    """The functions of a file."""
+
+    functions: list[tuple[Codes, Measured]]
+    coherences: dict[Codes, list[Coherence]]
+    unused: list[Unused]
+
+
+def read_universal(paths: str | os.PathLike[str] | Iterable[str | os.PathLike[str]], units: str | None = None) -> Imported:
     """Read frequency response functions, with their points, coherence and modes, from universal files.
 
     Datasets 15, 55, 58 and 58b, 151, 164, 2411 and 2420 are read; all others are listed as unused.
 
     Args:
-        paths: a file, or several that are joined; all functions have to be on the same frequencies.
+        paths: a file, or several that are joined: axes and points of any of them hold for all, and all functions have to be on
+            the same frequencies.
         units: what the functions are in, where the files do not tell or are to be overruled: "m/s^2 per N", or "g per lbf, mm"
             with the unit in which points lie.
-        least_coherence: lines below are told and marked as doubtful, 0 to 1.
 
     Raises:
         InputError: with file, dataset, line, value, what was expected and the remedy.
     """
+    return joined(contents([paths] if isinstance(paths, (str, os.PathLike)) else paths, units))
+
+
+def contents(paths: Iterable[str | os.PathLike[str]], units: str | None = None) -> list[Content]:
+    """What universal files hold, a file each; arguments and errors as of `read_universal`.
+
+    Files are gone through twice, so that no more than one is in memory as a whole: for what holds for all, then for functions.
+    """
     given = declared(units)
-    if least_coherence is not None and not 0 <= least_coherence <= 1:
-        raise InputError(f"--least-coherence {least_coherence:g}: expected 0 to 1")
-    found = Found()
-    names = _names(paths)
-    for path in names:
-        _read(path, given, found)
-    if not found.functions:
-        kinds = dict.fromkeys(one.what for one in found.unused)
-        rest = ", ".join([*kinds, *([f"{len(found.modes)} modes"] if found.modes else [])])
-        what = "no frequency response function (type 58, function type 4)"
-        raise InputError(f"{', '.join(names)}: {what}; found: {rest or 'nothing else'}")
-    return joined(found, least_coherence)
+    files = [describe(os.fspath(path), given) for path in paths]
+    place = geometry(files, given)
+    collected = [_collected(file, place, given) for file in files]
+    functions = _with_coherence(collected)
+    return [
+        Content(
+            file.path,
+            functions[k],
+            place.points,
+            file.source,
+            tuple(mode_of(block, fields, place) for block, fields in file.datasets if block.kind == 55),
+            tuple(sorted([*file.unused, *collected[k].unused], key=lambda one: one.number)),
+        )
+        for k, file in enumerate(files)
+    ]
 
 
-def read_modes(paths: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> tuple[MeasuredMode, ...]:
-    """Mode shapes (dataset 55) of universal files, in their order; raises InputError as `read_universal` does."""
-    blocks = [block for path in _names(paths) for block in scan(path) if block.kind == 55]
-    return tuple(mode_of(fields) for fields in map(parse, blocks) if fields is not None)
+def _collected(file: Described, place: Geometry, given: Declared) -> Collected:
+    """Responses and coherences of a file."""
+    found = Collected([], {}, [])
+    for block in scan(file.path):
+        if block.kind != 58:
+            continue
+        kind = head(block)["func_type"]
+        if kind not in (RESPONSE, COHERENCE):
+            found.unused.append(Unused(block.path, block.number, 58, _KINDS.get(kind, f"function type {kind}")))
+            continue
+        fields = function(block)
+        codes = tuple(fields.get(f"{s}_{key}") for s in ("rsp", "ref") for key in ("ent_name", "node", "dir"))
+        if kind == RESPONSE:
+            ends = [place.channel(block, fields, side) for side in ("rsp", "ref")]
+            found.functions.append((codes, _response(block, fields, ends, file, given)))
+        else:
+            found.coherences.setdefault(codes, []).append(_coherence(block, fields))
+    return found
 
 
-def _names(paths: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> list[str]:
-    return [os.fspath(path) for path in ([paths] if isinstance(paths, (str, os.PathLike)) else paths)]
+def _response(block: Block, fields: Fields, ends: Sequence[Channel], file: Described, given: Declared) -> Measured:
+    response, reference = ends
+    unit = told_unit(block, fields, (response.is_rotation, reference.is_rotation), file.scale, given)
+    if not np.iscomplexobj(fields["data"]):
+        raise block.error("values are real; a frequency response has real and imaginary parts: ordinate type 5 or 6", 8)
+    frequency, values = _frequency(block, fields), unit.factor * fields["data"]
+    return Measured(block.title, frequency, values, unit.motion, response, reference, unit.words)
 
 
-def _read(path: str, given: Declared, found: Found) -> None:
-    """Add what a file holds."""
-    blocks = scan(path)
-    parsed = [(block, fields) for block in blocks if block.kind != 58 and (fields := parse(block)) is not None]
-    read = {id(block) for block, _ in parsed}
-    scale = _scale(parsed)
-    place = geometry(parsed, scale, given)
-    for block in blocks:
-        if block.kind == 58:
-            _add(block, place, scale, given, found)
-        elif id(block) not in read:
-            found.unused.append(Unused(path, block.number, block.kind, _OTHER.get(block.kind, f"dataset {block.kind}")))
-    found.modes += [mode_of(fields) for block, fields in parsed if block.kind == 55]
-    for number, at in place.positions.items():
-        known = found.points.setdefault(str(number), (float(at[0]), float(at[1]), float(at[2])))
-        if not np.allclose(known, at, rtol=1e-5, atol=1e-9):
-            raise InputError(f"{path}: point {number} is at {at.tolist()} m, at {list(known)} m in another file")
-    words = [fields[key] for block, fields in parsed if block.kind == 151 for key in ("model_name", "description", "program")]
-    told = ", ".join(dict.fromkeys(word for word in words if word.upper() not in ("", "NONE")))
-    found.sources.append(Path(path).name + (f" ({told})" if told else ""))
-
-
-def _scale(parsed: list[tuple[Block, Fields]]) -> Scale | None:
-    """What dataset 164 says: factors from SI to the units of the file."""
-    own = [(block, Scale(1 / fields["length"], 1 / fields["force"])) for block, fields in parsed if block.kind == 164]
-    for block, scale in own[1:]:
-        if not np.allclose(scale, own[0][1], rtol=1e-6):
-            raise block.error(f"other units than in dataset {own[0][0].number}; a file has one system of units")
-    return own[0][1] if own else None
-
-
-def _add(block: Block, place: Geometry, scale: Scale | None, given: Declared, found: Found) -> None:
-    """Add a function, if it is a response or a coherence."""
-    kind = head(block)["func_type"]
-    if kind not in (RESPONSE, COHERENCE):
-        found.unused.append(Unused(block.path, block.number, 58, _KINDS.get(kind, f"function type {kind}")))
-        return
-    fields = function(block)
-    codes = tuple(fields.get(f"{s}_{key}") for s in ("rsp", "ref") for key in ("ent_name", "node", "dir"))
-    if kind == RESPONSE:
-        ends = [place.channel(block, fields, side) for side in ("rsp", "ref")]
-        unit = unit_of(block, fields, (ends[0].is_rotation, ends[1].is_rotation), scale, given)
-        if not np.iscomplexobj(fields["data"]):
-            raise block.error("values are real; a frequency response has real and imaginary parts: ordinate type 5 or 6", 8)
-        frequency = _frequency(block, fields)
-        found.functions.append(Measured(block, frequency, unit.factor * fields["data"], unit, ends[0], ends[1], codes))
-        return
+def _coherence(block: Block, fields: Fields) -> Coherence:
     if np.iscomplexobj(fields["data"]) and np.any(fields["data"].imag):
         raise block.error("a coherence has no imaginary part", 8)
     values = np.real(fields["data"])
-    frequency = _frequency(block, fields)
     wrong = np.flatnonzero((values < 0) | (values > 1 + 1e-6))
     if len(wrong):
         k = int(wrong[0])
         raise block.error(f"coherence {values[k]:.6g} at frequency line {k + 1}; expected 0 to 1", record_of(block, k))
-    found.coherences.append(Coherence(block, frequency, values, codes))
+    return Coherence(block, _frequency(block, fields), values)
 
 
 def _frequency(block: Block, fields: Fields) -> np.ndarray:
-    """(n,) Hz; raises InputError where they do not rise."""
+    """(n,) Hz; raises InputError where they do not rise, or are beyond all that is measured."""
     data = fields["data"]
     if fields["abscissa_spacing"]:
         x = even_axis(fields["abscissa_min"], fields["abscissa_inc"], len(data))
@@ -139,4 +139,32 @@ def _frequency(block: Block, fields: Fields) -> np.ndarray:
     if x[0] < 0 or len(falls):
         k = int(falls[0]) + 1 if len(falls) else 0
         raise block.error(f"frequency line {k + 1} is at {x[k]:.6g}; expected 0 or more, rising", record_of(block, k))
-    return hertz(block, fields) * x
+    frequency = hertz(block, fields) * x
+    if frequency[-1] > HIGHEST:
+        raise block.error(f"frequencies go up to {frequency[-1]:.6g} Hz; expected at most {HIGHEST:g} Hz", 8)
+    return frequency
+
+
+def _with_coherence(files: Sequence[Collected]) -> list[list[Measured]]:
+    """Functions of each file with their coherence: the first of a pair of degrees of freedom goes with its first function.
+
+    It is looked for in the file of the function, then in all others; what is left goes with those that are not used.
+    """
+    own = [[(codes, _paired(one, codes, [file])) for codes, one in file.functions] for file in files]
+    found = [[_paired(one, codes, files) for codes, one in row] for row in own]
+    for file in files:
+        for left in (one.block for waiting in file.coherences.values() for one in waiting):
+            file.unused.append(Unused(left.path, left.number, 58, "coherence of no function"))
+    return found
+
+
+def _paired(one: Measured, codes: Codes, files: Sequence[Collected]) -> Measured:
+    """A function with the first coherence of its degrees of freedom that waits in one of some files, if there is one."""
+    waiting = next((file.coherences[codes] for file in files if file.coherences.get(codes)), None)
+    if one.coherence is not None or waiting is None:
+        return one
+    coherence = waiting.pop(0)
+    apart = first_difference(one.frequency, coherence.frequency)
+    if apart is not None:
+        raise InputError(f"{one.title} and {coherence.block.title} are on different frequencies: {apart}; give them apart")
+    return one._replace(coherence=coherence.values)

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from trivet.errors import InputError, shown
+from trivet.measure.checking import check_plain
 
 LARGEST = 512 * 2**20
 """Bytes of a file, at most: it is held in memory as a whole."""
@@ -55,12 +56,17 @@ class Block:
         place = "" if record is None else f"line {self.line + record}: "
         return InputError(f"{self.title}: {place}{what}")
 
-    def lines(self) -> list[str]:
-        """Its text, a record a line: in UTF-8, or else in Latin letters (ISO 8859-1); control characters as blanks."""
+    def lines(self, most: int | None = None) -> list[str]:
+        """Its text, a record a line: in UTF-8, or else in Latin letters (ISO 8859-1); control characters as blanks.
+
+        Args:
+            most: of the first lines that are wanted; all by default.
+        """
+        raw = self.text if most is None else b"\n".join(self.text.split(b"\n", most)[:most])
         try:
-            text = self.text.decode()
+            text = raw.decode()
         except UnicodeDecodeError:
-            text = self.text.decode("latin-1")
+            text = raw.decode("latin-1")
         records = text.split("\n")[: HEAD if self.body is not None else None]
         return [_plain(record.rstrip()) for record in records]
 
@@ -141,6 +147,7 @@ def _content(path: Path, name: str) -> bytes:
         if size > LARGEST:
             bound = f"universal files are read up to {LARGEST // 2**20} MiB"
             raise InputError(f"{name}: has {size / 2**20:.0f} MiB; {bound}: divide it into several")
+        check_plain(name)
         return path.read_bytes().removeprefix(b"\xef\xbb\xbf")
     except OSError as error:
         raise InputError(f"{name}: cannot be read: {error.strerror or error}") from None

@@ -29,6 +29,21 @@ SI = {
     "acceleration": ("m/s^2", "rad/s^2"),
 }
 """Units of motions and of turns."""
+HERTZ = {"hz": 1.0, "khz": 1e3, "cps": 1.0, "rad/s": 0.5 / math.pi}
+"""Units of frequencies as they are labelled, in any case; of 1/s, Bq and rpm nobody knows whether they are cycles."""
+_POUND = 4.4482216152605
+CODES = {
+    1: ("m and N", 1.0, 1.0),
+    2: ("feet and pounds", 0.3048, _POUND),
+    3: ("m and kgf", 1.0, 9.80665),
+    4: ("feet and poundals", 0.3048, 0.138254954376),
+    5: ("mm and mN", 1e-3, 1e-3),
+    6: ("cm and cN", 1e-2, 1e-2),
+    7: ("inches and pounds", 0.0254, _POUND),
+    8: ("mm and kgf", 1e-3, 9.80665),
+    10: ("mm and N", 1e-3, 1.0),
+}
+"""Units by the codes of dataset 164: in words, m and N of one of each."""
 _FREE_FALL = {"g", "gn", "g_n", "g's", "gees"}
 
 
@@ -69,17 +84,42 @@ def declared(text: str | None) -> Declared:
     for part in [] if text is None else text.split(","):
         top, _, bottom = (side.strip() for side in part.partition(" per "))
         is_motion = any(_factor(si, top) for pair in SI.values() for si in pair)
+        said = Declared()
         if bottom and is_motion and (_factor("N", bottom) or _factor("N m", bottom)):
-            found = found._replace(response=top, reference=bottom)
+            said = Declared(top, bottom)
         elif not bottom and _factor("m", top):
-            found = found._replace(length=top)
-        else:
-            what = f'--units "{text}": {shown(part.strip())} is no motion per load and no length'
-            raise InputError(f'{what}; write for example "m/s^2 per N", or "g per lbf, mm" where points lie in mm')
+            said = Declared(length=top)
+        again = any(one is not None and other is not None for one, other in zip(found, said, strict=True))
+        if again or said == Declared():
+            what = "is a second one of its kind" if again else "is no motion per load and no length"
+            example = 'write for example "m/s^2 per N", or "g per lbf, mm" where points lie in mm'
+            raise InputError(f'--units "{text}": {shown(part.strip())} {what}; {example}')
+        found = Declared(*(new if old is None else old for old, new in zip(found, said, strict=True)))
     return found
 
 
-def unit_of(block: Block, fields: Fields, turns: tuple[bool, bool], scale: Scale | None, given: Declared) -> Unit:
+def is_none(word: str) -> bool:
+    """Whether a word of a file says nothing."""
+    return word.strip().upper() in ("", "NONE")
+
+
+def scale_of(block: Block, fields: Fields, given: Declared) -> Scale | None:
+    """What a dataset 164 says, of which factors count; None where it contradicts itself and units are declared.
+
+    Raises:
+        InputError: where its code and its factors, which take SI to the units of the file, contradict each other.
+    """
+    found = Scale(1 / fields["length"], 1 / fields["force"])
+    words, *sizes = CODES.get(fields["units_code"], ("", *found))
+    if all(abs(own / size - 1) <= APART for own, size in zip(found, sizes, strict=True)):
+        return found
+    if given != Declared():
+        return None
+    what = f"code {fields['units_code']} says {words}, its factors {found.length:.6g} m and {found.force:.6g} N"
+    raise block.error(f'contradiction: {what}; say what holds, as in --units "m/s^2 per N, mm"', 2)
+
+
+def told_unit(block: Block, fields: Fields, turns: tuple[bool, bool], scale: Scale | None, given: Declared) -> Unit:
     """What a function is and its unit.
 
     Args:
@@ -124,10 +164,9 @@ def hertz(block: Block, fields: Fields) -> float:
         raise block.error(f"its abscissa is of type {kind}; expected 18, frequency", 9)
     if label is None:
         return 1.0
-    turns = _factor("rad/s", label)
-    found = _factor("Hz", label) or (None if turns is None else turns / (2 * math.pi))
+    found = HERTZ.get(label.lower().removeprefix("(").removesuffix(")").strip())
     if found is None:
-        raise block.error(f"{shown(label)} is no unit of frequency; expected Hz or rad/s", 9)
+        raise block.error(f"{shown(label)} is no unit of frequency; expected Hz, kHz, cps or rad/s", 9)
     return found
 
 
@@ -165,7 +204,7 @@ def _check_exponents(block: Block, fields: Fields, turns: tuple[bool, bool]) -> 
 
 def _label(fields: Fields, side: str) -> str | None:
     text = str(fields.get(f"{side}_axis_units_lab", "")).strip()
-    return None if text.upper() in ("", "NONE") else text
+    return None if is_none(text) else text
 
 
 def _by_scale(block: Block, fields: Fields, motions: tuple[Motion, ...], turns: tuple[bool, bool], scale: Scale | None) -> Unit:

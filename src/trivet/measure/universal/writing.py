@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
+from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -13,9 +14,9 @@ import numpy as np
 from trivet.errors import InputError
 from trivet.files import replacing
 from trivet.measure.functions import Channel, Functions
+from trivet.measure.imported import MeasuredMode
 from trivet.measure.universal.axis import has_six_digits, is_even
-from trivet.measure.universal.join import COHERENCE, RESPONSE
-from trivet.measure.universal.modes import MeasuredMode
+from trivet.measure.universal.reading import COHERENCE, RESPONSE
 from trivet.measure.universal.units import LOADS, MOTION_OF, SI
 
 Dataset = dict[str, Any]
@@ -53,6 +54,7 @@ def write_universal(
     _check(functions, name, binary)
     datasets = [_header(functions), _UNITS, *_points(functions, name), *_functions(functions, name, binary)]
     datasets += [_mode(mode, k, name) for k, mode in enumerate(modes, 1)]
+    import_module("pyuff")  # before a folder is begun
     # A file for each dataset: pyuff looks through the whole file before it adds to it.
     with replacing(path, overwrite=overwrite) as temporary, TemporaryDirectory() as folder, temporary.open("wb") as file:
         for k, dataset in enumerate(datasets):

@@ -6,15 +6,14 @@ from typing import Annotated
 
 import typer
 
+from trivet.cli import options as o
 from trivet.cli import output
 from trivet.cli.groups import DataOutput
 
 
 def run(
     *,
-    files: Annotated[
-        list[str], typer.Argument(help="Universal files (.unv, .uff, …), tables (.csv) or NetCDF (.nc).", metavar="FILE")
-    ],
+    files: o.MeasuredFiles,
     units: Annotated[
         str | None,
         typer.Option(
@@ -36,13 +35,13 @@ def run(
     from trivet.errors import InputError
     from trivet.files import check_writable
     from trivet.measure.files.several import import_files
-    from trivet.measure.universal.reading import SUFFIXES
+    from trivet.measure.files.suffixes import UNIVERSAL
     from trivet.measure.universal.writing import write_universal
 
     if write is None and binary:
         raise InputError("--binary: is for the file of --write, which is missing")
-    if write is not None and not write.lower().endswith(SUFFIXES):
-        raise InputError(f'--write "{write}": a universal file ends in {", ".join(SUFFIXES)}')
+    if write is not None and not write.lower().endswith(UNIVERSAL.suffixes):
+        raise InputError(f'--write "{write}": a universal file ends in {", ".join(UNIVERSAL.suffixes)}')
     out.check()
     if write is not None:
         check_writable(write, overwrite=out.overwrite)
