@@ -82,5 +82,6 @@ def traces(path: Path) -> list[dict[str, Any]]:
 def numbers(packed: Any) -> np.ndarray:
     """What plotly has packed, or a list; NaN where there is a gap."""
     if isinstance(packed, dict):
-        return np.frombuffer(base64.b64decode(packed["bdata"]), packed["dtype"]).astype(float)
+        found = np.frombuffer(base64.b64decode(packed["bdata"]), packed["dtype"]).astype(float)
+        return found.reshape([int(size) for size in packed["shape"].split(",")]) if "shape" in packed else found
     return np.array([math.nan if value is None else value for value in packed], dtype=float)

@@ -7,28 +7,37 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from documents import numbers, traces
 from machines import changed
+from matplotlib.image import imread
 from measured_machine import SENSORS, Joints, hammer_test, modes_of_solids
+from rich.console import Console
 
-from trivet.cli.views.update import tables
+from trivet.cli.views.update import as_json, tables
 from trivet.errors import InputError
 from trivet.measure.correction.identifiability import told
 from trivet.measure.correction.terms import huber
 from trivet.measure.correction.updating import alike_over, robust_spread
+from trivet.measure.correlation import ModeSet
 from trivet.measure.files.by_suffix import save_functions
 from trivet.measure.functions import Channel, Functions
-from trivet.measure.machine.parameters import Free, parameters
-from trivet.measure.machine.predicted import Receptances, predicted
+from trivet.measure.machine.modes import ModelModes, modes_of, poles_of
+from trivet.measure.machine.parameters import Free, Parameters, parameters
+from trivet.measure.machine.predicted import Receptances, Slopes, predicted
 from trivet.measure.machine.setup import Axes, Placed, Setup, Spot, placed, read_setup
 from trivet.measure.modal.fitted import FittedModes
 from trivet.measure.modal.fitting import fit_modes
 from trivet.model import Machine, load, write
+from trivet.show.figure import figure
+from trivet.study.correlate import correlate
 from trivet.study.update import Update, _divided, update
 
 Run = Callable[..., tuple[int, str, str]]
@@ -72,15 +81,6 @@ def measured(seed: int = 0, noise: float = 0.03) -> tuple[Functions, Placed]:
 def corrected() -> Update:
     functions, _ = measured()
     return update(machine(), SETUP, functions, FREE, hold=["3"])
-
-
-def test_two_ways_to_a_prediction() -> None:
-    """From the platform's receptance, and from the structure between all nodes; with a sensor that weighs."""
-    functions = asked(np.linspace(50, 900, 12))
-    at = placed(machine(), SETUP, functions)
-    own = Receptances.of(at, functions)
-    exact, structural = own.values(at.machine, 0.02), own._structural(at.machine, 0.02)
-    np.testing.assert_allclose(structural, exact, rtol=0, atol=1e-9 * np.abs(exact).max())
 
 
 def test_a_sensor_adds_its_mass() -> None:
@@ -129,18 +129,68 @@ def test_far_residuals_count_by_their_size() -> None:
     np.testing.assert_allclose(slope, (huber(apart + 1e-6)[0] - huber(apart - 1e-6)[0]) / 2e-6, rtol=1e-6)
 
 
-@pytest.mark.parametrize("on", ["platform", "leg-2.link@0.5"])
-def test_slopes_are_those_of_differences(on: str) -> None:
-    functions = asked(np.linspace(90, 800, 9))
-    setup = dataclasses.replace(SETUP, points={**SETUP.points, "3": Spot(on=on)})
-    at = placed(machine(), setup, functions)
+def assert_slopes(found: np.ndarray, expected: np.ndarray, names: tuple[str, ...]) -> None:
+    for one, other, name in zip(found, expected, names, strict=True):
+        np.testing.assert_allclose(one, other, rtol=0, atol=2e-6 * np.abs(other).max(), err_msg=name)
+
+
+def extrapolated(of: Callable[[np.ndarray], np.ndarray], theta: np.ndarray, step: float = 1e-3) -> np.ndarray:
+    """(p, ...) slopes by differences over two steps, extrapolated to none (Richardson)."""
+
+    def quotient(away: np.ndarray) -> np.ndarray:
+        slope: np.ndarray = (of(theta + away) - of(theta - away)) / (2 * np.linalg.norm(away))
+        return slope
+
+    return np.array([(4 * quotient(away / 2) - quotient(away)) / 3 for away in step * np.eye(len(theta))])
+
+
+def slopes_at(lines: int, on: str = "platform") -> tuple[Receptances, Parameters]:
+    """Receptances, and numbers of which each moves them in a way of its own."""
+    ends = [(Channel(point, way), load) for load in LOADS for point, way in zip("123", (Z, X, Y), strict=True)]
+    functions = asked(np.linspace(90, 800, lines), ends)
+    at = placed(machine(), dataclasses.replace(SETUP, points={**SETUP.points, "3": Spot(on=on)}), functions)
     free = parameters(machine(), [*FREE, Free("home.position.3", 0.002), Free("platform.disc.radius")], 0.02)
-    own, theta = Receptances.of(at, functions), free.theta(free.start)
-    found = own.slopes(at.machine, 0.02, free, theta).slopes
-    for k, step in enumerate(1e-5 * free.spread):
-        ends = [own.values(*free.applied(at.machine, 0.02, theta + s * step * np.eye(len(free))[k])) for s in (1, -1)]
-        expected = (ends[0] - ends[1]) / (2 * step)
-        np.testing.assert_allclose(found[k], expected, rtol=0, atol=2e-6 * np.abs(expected).max(), err_msg=free.paths[k])
+    return Receptances.of(at, functions), free
+
+
+def test_slopes_both_ways(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By JAX from the platform's receptance, by differences of the structure between all nodes; a sensor weighs."""
+    own, free = slopes_at(4)
+    theta = free.theta(free.start)
+    exact = own.slopes(machine(), 0.02, free, theta)
+    monkeypatch.setattr(Placed, "is_on_platform", False)
+    structural = own.slopes(machine(), 0.02, free, theta)
+    np.testing.assert_allclose(structural.values, exact.values, rtol=0, atol=1e-9 * np.abs(exact.values).max())
+    assert_slopes(structural.slopes, exact.slopes, free.paths)
+
+
+def test_slopes_at_a_point_on_a_leg() -> None:
+    """Which goes where the leg goes: against differences over other steps."""
+    own, free = slopes_at(2, "leg-2.link@0.5")
+    theta = free.theta(free.start)
+    expected = extrapolated(lambda t: own.values(*free.applied(machine(), 0.02, t)), theta, 1e-4)
+    assert_slopes(own.slopes(machine(), 0.02, free, theta).slopes, expected, free.paths)
+
+
+def test_slopes_of_poles() -> None:
+    """Against differences of modes, where parts are damped unlike."""
+    own = changed(machine(), {"ball": {"loss_factor": 0.1}})
+    at = placed(own, SETUP, asked(np.array([100.0])))
+    free = parameters(own, [*FREE, Free("platform.disc.radius"), Free("ball.loss_factor")], 0.02)
+    theta, count = free.theta(free.start), 6
+
+    def modes(theta: np.ndarray) -> ModelModes:
+        machine, loss = free.applied(own, 0.02, theta)
+        return modes_of(at, machine, float(loss), 900.0, [Channel("1", Z)])
+
+    def log_poles(theta: np.ndarray) -> np.ndarray:
+        found = modes(theta)
+        return np.log(np.concatenate([found.frequency[:count], found.damping[:count]]))
+
+    found = poles_of(at, own, 0.02, free, theta, modes(theta), np.arange(count))
+    expected = extrapolated(log_poles, theta).T
+    np.testing.assert_allclose(found.values, log_poles(theta), rtol=1e-12)
+    np.testing.assert_allclose(found.slopes, expected, atol=1e-6)
 
 
 def test_numbers_are_found_again(corrected: Update) -> None:
@@ -175,24 +225,57 @@ def test_deviations_are_right_over_draws() -> None:
     assert 0.4 < np.mean(squares) < 2.0
 
 
-def test_poles_pull_resonances_together() -> None:
-    """Far off, ln|H| alone ends elsewhere; with fitted modes the numbers are found."""
+@pytest.fixture(scope="module")
+def pulled() -> Update:
+    """From far off, with fitted modes."""
     functions, _ = measured()
-    far = load("azulay").with_spherical(60.0)
-    with_fit = update(far, SETUP, functions, [Free("ball.stiffness"), Free("slide.stiffness"), Free("loss_factor")],
-                      fit=fitted(functions))  # fmt: skip
-    np.testing.assert_allclose(with_fit.after, TRUE, rtol=0.02)
-    assert with_fit.modes is not None
-    np.testing.assert_allclose(with_fit.modes[1].frequency, with_fit.problem.poles.modes.frequency, rtol=2e-3)
-    # Where all is damped alike, a damping ratio is half the loss factor.
-    np.testing.assert_allclose(with_fit.modes[1].damping, with_fit.after[2] / 2, rtol=1e-9)
+    free = [Free("ball.stiffness"), Free("slide.stiffness"), Free("loss_factor")]
+    return update(load("azulay").with_spherical(60.0), SETUP, functions, free, fit=fitted(functions))
 
 
 def fitted(functions: Functions) -> FittedModes:
     found = fit_modes(functions)
-    from trivet.measure.correlation import ModeSet
-
     return FittedModes(found.responses, ModeSet(found.frequency, found.damping, found.shapes))
+
+
+def test_poles_pull_resonances_together(pulled: Update) -> None:
+    """Far off, ln|H| alone ends elsewhere; with fitted modes the numbers are found."""
+    np.testing.assert_allclose(pulled.after, TRUE, rtol=0.02)
+    assert pulled.modes is not None
+    assert pulled.problem.poles is not None
+    np.testing.assert_allclose(pulled.modes[1].frequency, pulled.problem.poles.modes.frequency, rtol=2e-3)
+    # Where all is damped alike, a damping ratio is half the loss factor.
+    np.testing.assert_allclose(pulled.modes[1].damping, pulled.after[2] / 2, rtol=1e-9)
+
+
+def test_nothing_is_worked_out_twice(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Slopes at the start and after every step, and at no other theta."""
+    seen, slopes = [], Receptances.slopes
+
+    def watched(own: Receptances, machine: Machine, loss_factor: float, free: Parameters, theta: np.ndarray) -> Slopes:
+        seen.append(tuple(theta))
+        return slopes(own, machine, loss_factor, free, theta)
+
+    monkeypatch.setattr(Receptances, "slopes", watched)
+    functions, _ = measured()
+    told: list[int] = []
+    found = update(machine(), SETUP, functions.only(range(9)), FREE, progress=told.append).found
+    assert len(seen) == len(set(seen)) == found.steps + 1
+    assert told[0] == 0
+    assert told[-1] == found.steps
+
+
+def test_criteria_are_those_of_a_comparison(corrected: Update) -> None:
+    """In the motions that were measured, before and after."""
+    assert corrected.held is not None
+    for result in (corrected.fitted, corrected.held):
+        before = correlate(machine(), SETUP, result.measured)
+        after = correlate(
+            corrected.problem.at(corrected.found.theta)[0], SETUP, result.measured, loss_factor=corrected.loss_factor
+        )
+        for whole, frac, faac in zip((before, after), result.frac, result.faac, strict=True):
+            np.testing.assert_allclose(frac, whole.frac, rtol=1e-9)
+            np.testing.assert_allclose(faac, whole.faac, rtol=1e-9)
 
 
 def test_what_cannot_be_told_apart() -> None:
@@ -255,6 +338,125 @@ def test_the_machine_file_tells_its_history(corrected: Update, tmp_path: Path) -
     assert float(ball.stiffness) == pytest.approx(corrected.after[0], abs=0.02 * corrected.deviation[0])  # type: ignore[union-attr]
 
 
+def seen(result: Update, further: bool = False) -> str:
+    """The tables as people see them."""
+    console = Console(width=200)
+    with console.capture() as caught:
+        for part in tables(result, further):
+            console.print(part)
+    return caught.get()
+
+
+def test_tables_of_numbers_and_functions(corrected: Update) -> None:
+    out = seen(corrected, further=True)
+    found, told = corrected.found, corrected.told
+    assert "azulay, hammer test: 12 functions at 160 frequencies, 60 to 1000 Hz" in out
+    assert f"residuals of ln|H| scatter by {found.spread:.3f} and are alike over {found.alike:.1f} lines" in out
+    assert f"lines; found in {found.steps} steps" in out
+    after, deviation = corrected.after, corrected.deviation
+    share = 100 * (1 - (told.deviation / corrected.problem.free.spread) ** 2)
+    for k, (path, before, unit, scale, known) in enumerate((
+        ("ball.stiffness", "300", "N m/rad", 1.0, 300 * math.log(3)),
+        ("slide.stiffness", "3", "N/um", 1e6, 3 * math.log(1.5)),
+        ("loss_factor", "0.02", "", 1.0, 0.02 * math.log(3)),
+    )):  # fmt: skip
+        numbers = (
+            f"{before} {unit}",
+            f"{after[k] / scale:.6g} {unit}",
+            f"{deviation[k] / scale:.2g} {unit}",
+            f"{known:.2g} {unit}",
+        )
+        row = " +".join(re.escape(text.strip()) for text in (path, *numbers, f"{share[k]:.1f} %"))
+        assert re.search(row, out), row
+    assert corrected.held is not None
+    for title, own in (("functions that were fitted", corrected.fitted), ("functions that were held back", corrected.held)):
+        part = out[out.index(title) :]
+        for k in (0, len(own.measured) - 1):
+            numbers = [f"{values[k]:.4f}" for values in (*own.frac, *own.faac)]
+            assert re.search(" +".join([re.escape(own.measured.labels[k]), *numbers]), part)
+        numbers = [f"{values.mean():.4f}" for values in (*own.frac, *own.faac)]
+        assert re.search(" +".join(["in the mean", *numbers]), part)
+    best = corrected.next_points[0]
+    assert re.search(rf"{re.escape(best.site.point)} +{best.axis} +{best.gain:.2f}\n", out)
+
+
+def test_tables_of_poles(pulled: Update) -> None:
+    assert pulled.modes is not None
+    assert pulled.problem.poles is not None
+    measured, (before, after) = pulled.problem.poles.modes, pulled.modes
+    k = len(measured.frequency) - 1
+    own = [measured.frequency[k], before.frequency[k], after.frequency[k]]
+    row = [f"{own[0]:.2f}", f"{100 * measured.damping[k]:.3f}", f"{own[1]:.2f}", f"{own[2]:.2f}"]
+    row += [f"{100 * (f / own[0] - 1):+.2f}" for f in own[1:]] + [f"{100 * one.damping[k]:.3f}" for one in (before, after)]
+    assert re.search(" +".join(map(re.escape, row)), seen(pulled))
+    found = as_json(pulled)["poles"][k]
+    assert found["frequency_before_Hz"] == before.frequency[k] < found["frequency_after_Hz"] == after.frequency[k]
+    assert found["damping_ratio_before"] == before.damping[k] != found["damping_ratio_after"] == after.damping[k]
+    assert (found["frequency_Hz"], found["damping_ratio"]) == (measured.frequency[k], measured.damping[k])
+
+
+def test_json_of_functions(corrected: Update) -> None:
+    assert corrected.held is not None
+    found = as_json(corrected)
+    assert found["steps"] == corrected.found.steps
+    for part, own in ((found["fitted"], corrected.fitted), (found["held_back"], corrected.held)):
+        last = own.measured.responses[-1]
+        assert part[-1]["response"] == {"point": last.point, "direction": list(last.direction), "is_rotation": False}
+        assert part[-1]["reference"]["direction"] == [1, 0, 0]
+        assert part[-1]["motion"] == "acceleration"
+        for key, values in (("frac_before", own.frac[0]), ("frac_after", own.frac[1]), ("faac_after", own.faac[1])):
+            np.testing.assert_allclose([one[key] for one in part], values)
+
+
+def test_what_is_drawn(corrected: Update, tmp_path: Path) -> None:
+    """The functions held back that respond most, then numbers with their bars, and how they hang together."""
+    figure(corrected, tmp_path / "u.html")
+    drawn = traces(tmp_path / "u.html")
+    assert corrected.held is not None
+    own = corrected.held
+    size = np.abs(own.measured.receptance).max(axis=1)
+    shown = np.argsort(-size)[:4]
+    page = (tmp_path / "u.html").read_text(encoding="utf-8")
+    for name, values in (("measured", own.measured), ("before", own.before), ("after", own.after)):
+        curves = [trace for trace in drawn if trace.get("legendgroup") == name]
+        assert len(curves) == 4
+        for curve, k in zip(curves, shown, strict=True):
+            np.testing.assert_allclose(numbers(curve["y"]), np.abs(values.values[k]), rtol=1e-9)
+            np.testing.assert_allclose(numbers(curve["x"]), own.measured.frequency)
+    for k in shown:
+        label = own.measured.labels[k].replace("/", "\\u002f")
+        words = f"{label}, held back: FRAC {own.frac[0][k]:.3f} before, {own.frac[1][k]:.3f} after"
+        assert words in page
+    free = corrected.problem.free
+    change, after = (corrected.found.theta - free.theta(free.start)) / free.spread, corrected.told.deviation / free.spread
+    known, new = (trace for trace in drawn if "error_x" in trace)
+    assert known["y"] == new["y"] == list(corrected.paths)
+    np.testing.assert_allclose(numbers(new["x"]), change)
+    np.testing.assert_allclose(numbers(new["error_x"]["array"]), after)
+    np.testing.assert_allclose(numbers(known["x"]), 0)
+    np.testing.assert_allclose(numbers(known["error_x"]["array"]), 1)
+    (together,) = (trace for trace in drawn if trace["type"] == "heatmap")
+    np.testing.assert_allclose(numbers(together["z"]), corrected.told.correlation)
+
+
+def test_the_picture(corrected: Update, tmp_path: Path) -> None:
+    """Every panel has its three curves; the numbers' bars are there."""
+    figure(corrected, tmp_path / "u.png")
+    picture = imread(tmp_path / "u.png")
+    assert picture.shape[:2] == (1085, 1400)
+    red, green, blue = (picture[..., k] for k in range(3))
+    colours = {
+        "measured": (red < 0.1) & (blue > 0.6),
+        "before": (red > 0.85) & (green > 0.5) & (blue < 0.2),
+        "after": (red > 0.8) & (green < 0.4) & (blue < 0.2),
+    }
+    for rows in (slice(130, 400), slice(440, 740)):
+        for columns in (slice(0, 700), slice(700, 1400)):
+            for name, own in colours.items():
+                assert own[rows, columns].sum() > 150, (name, rows, columns)
+    assert colours["after"][770:, :900].sum() > 100
+
+
 def test_a_model_that_does_not_explain_it_is_told(corrected: Update) -> None:
     words = "does not explain the measurement"
     bad = dataclasses.replace(corrected, found=dataclasses.replace(corrected.found, spread=0.9))
@@ -285,7 +487,7 @@ def test_a_machine_of_solids_on_other_joints(tmp_path: Path) -> None:
     assert found.held is not None
     frac = [values.mean() for values in found.held.frac]
     assert frac[0] < 0.05
-    assert frac[1] > 0.7
+    assert frac[1] > 0.95
     by_path = dict(zip(found.paths, found.after, strict=True))
     # Springs alike in all directions, as they were put in.
     assert by_path["chains.leg.elements.slide.stiffness"] == pytest.approx(Joints().foot, rel=0.1)
@@ -300,14 +502,14 @@ def test_the_command(trivet: Run, tmp_path: Path) -> None:
     functions, _ = measured()
     save_functions(functions.only(range(9)), tmp_path / "hammer.nc")
     (tmp_path / "setup.toml").write_text('others = "platform"\n[points.1]\nmass = "5 g"\n')
-    options = ["hammer.nc", "azulay", "--spherical", "300 N m/rad", "--points", "setup.toml", "--free", "ball.stiffness",
+    options = ["hammer.nc", "azulay", "--spherical", "300 N m/rad", "--setup", "setup.toml", "--free", "ball.stiffness",
                "--free", "slide.stiffness=50 %", "--free", "loss_factor=0.02", "--hold", "3", "--to", "800 Hz"]  # fmt: skip
     code, out, err = trivet("measure", "update", *options, "--write", "new.toml", "--data", "u.nc", "--figure", "u.png")
     assert code == 0, err
     assert "every number is told" in out
     assert (tmp_path / "new.toml").exists()
-    assert (tmp_path / "u.png").read_bytes()[:4] == b"\x89PNG"
-    code, out, _ = trivet("measure", "update", *options, "--next", "--json", "--figure", "u.html")
+    assert (tmp_path / "u.png").exists()
+    code, out, _ = trivet("measure", "update", *options, "--next", "--json")
     found = json.loads(out)
     assert code == 0
     assert [one["unit"] for one in found["parameters"]] == ["N m/rad", "N/m", "1"]
@@ -328,6 +530,9 @@ BAD: list[tuple[list[Any], dict[str, Any], str]] = [
     ([Free("ball.stiffness"), Free("chains.leg.elements.ball.stiffness")], {}, "named twice"),
     ([Free("home.position.3")], {}, "no factor can change it"),
     ([Free("home.position")], {}, "home.position.1"),
+    (FREE, {"loss_factor": -1.0}, "loss factor: -1; expected 0 or more, and below 2"),
+    (FREE, {"loss_factor": 5.0}, "loss factor: 5; expected 0 or more, and below 2"),
+    (FREE, {"loss_factor": math.nan}, "loss factor: nan; expected 0 or more, and below 2"),
     ([Free("ball.stiffness", low=400.0)], {}, "outside of its bounds"),
     ([Free("ball.stiffness", spread=-1.0)], {}, "expected above zero"),
     (FREE, {"hold": ["9"]}, "no function has the point 9"),
@@ -341,6 +546,20 @@ def test_bad_input(free: list[Free], options: dict[str, Any], words: str) -> Non
     functions = dataclasses.replace(asked(np.linspace(60, 1000, 20)), values=np.ones((18, 20), dtype=complex))
     with pytest.raises(InputError, match=words):
         update(machine(), SETUP, functions, free, **options)
+
+
+def test_measurements_that_are_none() -> None:
+    """No functions, no frequencies, none above zero, and what has no logarithm."""
+    functions = asked(np.linspace(60, 1000, 20))
+    for none in (functions.only([]), functions.between(2000, 3000), asked(np.zeros(1))):
+        with pytest.raises(InputError, match="there are none at frequencies above zero"):
+            update(machine(), SETUP, none, FREE)
+    with pytest.raises(InputError, match="measured responses: 360 of 360 have no logarithm; leave out what is nought or below"):
+        update(machine(), SETUP, functions, FREE)
+    unstable = ModeSet(np.array([300.0]), np.array([-0.01]), np.ones((1, 1)))
+    functions.values[:] = 1
+    with pytest.raises(InputError, match="frequencies and damping ratios of poles: 1 of 2 have no logarithm"):
+        update(machine(), SETUP, functions, FREE, fit=FittedModes((Channel("1", Z),), unstable))
 
 
 def test_setups_that_are_wrong(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""What a correction counts: terms of a sum of squares, each with its residuals over their s, and how they grow with theta."""
+"""What a correction counts: terms of a sum of squares, each of them residuals over their s, and how they grow with theta."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from trivet.errors import InputError
 from trivet.measure.correlation import assigned
 from trivet.measure.functions import Functions
 from trivet.measure.machine.modes import modes_of, poles_of
@@ -62,19 +63,11 @@ class Residuals(NamedTuple):
     """(r, p)"""
 
 
-Of = Callable[[np.ndarray], Residuals]
-"""Residuals as a function of theta."""
+Term = Callable[[np.ndarray], Residuals]
+"""Residuals at any theta."""
 
 
-class Term(NamedTuple):
-    """Part of a sum of squares."""
-
-    name: str
-    of: Of
-    """Each over its s."""
-
-
-def kept(own: Of) -> Of:
+def kept(own: Term) -> Term:
     """The same, its last answers kept."""
 
     @lru_cache(maxsize=KEPT)
@@ -87,13 +80,13 @@ def kept(own: Of) -> Of:
 def beforehand(free: Parameters) -> Term:
     """What was known of the numbers before they were measured."""
     start, slopes = free.theta(free.start), np.diag(1 / free.spread)
-    return Term("what was known before", lambda theta: Residuals((theta - start) / free.spread, slopes))
+    return lambda theta: Residuals((theta - start) / free.spread, slopes)
 
 
 def of_poles(problem: Problem, poles: FittedModes) -> Term:
     """ln f and ln zeta of poles, each beside that of the mode which it is."""
     frequency, damping, _ = poles.modes
-    measured = np.log(np.concatenate([frequency, damping]))
+    measured = logarithms(np.concatenate([frequency, damping]), "frequencies and damping ratios of poles")
     errors = np.repeat([FREQUENCY_ERROR, DAMPING_ERROR], len(frequency))
 
     def residuals(theta: np.ndarray) -> Residuals:
@@ -102,24 +95,24 @@ def of_poles(problem: Problem, poles: FittedModes) -> Term:
         own = poles_of(problem.placed, problem.machine, problem.loss_factor, problem.free, theta, found, order)
         return Residuals((own.values - measured) / errors, own.slopes / errors[:, None])
 
-    return Term("frequencies and damping ratios of poles", kept(residuals))
+    return kept(residuals)
 
 
-def of_responses(apart: Of, scale: float) -> Term:
-    """Logarithms of responses over s, far ones counting less."""
+def scaled(apart: Term, scale: float) -> Term:
+    """Residuals over s, far ones counting less."""
 
     def residuals(theta: np.ndarray) -> Residuals:
         found = apart(theta)
         values, growth = huber(found.values / scale)
         return Residuals(values, (growth / scale)[:, None] * found.slopes)
 
-    return Term("measured responses", residuals)
+    return residuals
 
 
-def log_apart(problem: Problem) -> Of:
+def of_responses(problem: Problem) -> Term:
     """ln|H| - ln|H_measured| (q n,), function after function."""
     under = floor(problem.functions)
-    measured = np.log(np.hypot(np.abs(problem.functions.receptance), under))
+    measured = logarithms(np.hypot(np.abs(problem.functions.receptance), under), "measured responses")
 
     def residuals(theta: np.ndarray) -> Residuals:
         found = problem.receptances.slopes(problem.machine, problem.loss_factor, problem.free, theta)
@@ -127,6 +120,13 @@ def log_apart(problem: Problem) -> Of:
         return Residuals(values.ravel(), log_slopes(found, under))
 
     return kept(residuals)
+
+
+def logarithms(measured: np.ndarray, what: str) -> np.ndarray:
+    """Of what was measured."""
+    if bad := np.count_nonzero(~(measured > 0)):
+        raise InputError(f"{what}: {bad} of {measured.size} have no logarithm; leave out what is nought or below")
+    return np.log(measured)
 
 
 def log_slopes(found: Slopes, under: np.ndarray) -> np.ndarray:

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 import scipy.optimize
 
-from trivet.errors import InputError, NoResultError
+from trivet.errors import NoResultError
 from trivet.measure.correction.terms import (
     HUBER,
     Problem,
@@ -32,9 +32,9 @@ from trivet.measure.correction.terms import (
     Term,
     beforehand,
     is_seen,
-    log_apart,
     of_poles,
     of_responses,
+    scaled,
 )
 from trivet.measure.machine.parameters import Parameters
 
@@ -78,10 +78,6 @@ class _Search:
     def least(self, terms: tuple[Term, ...], start: np.ndarray) -> np.ndarray:
         """The theta at which the sum of squares of all terms, and of what was known beforehand, is least."""
         own = (*terms, beforehand(self.free))
-        for term in own:
-            apart = term.of(start).values
-            if bad := np.count_nonzero(~np.isfinite(apart)):
-                raise InputError(f"{term.name}: {bad} of {len(apart)} have no logarithm; leave out what is nought or below")
 
         def values(theta: np.ndarray) -> np.ndarray:
             self.steps += not np.array_equal(theta, start)
@@ -99,7 +95,7 @@ class _Search:
 
 def joined(terms: tuple[Term, ...], theta: np.ndarray) -> Residuals:
     """Residuals of all terms, one after another."""
-    values, slopes = zip(*(term.of(theta) for term in terms), strict=True)
+    values, slopes = zip(*(term(theta) for term in terms), strict=True)
     return Residuals(np.concatenate(values), np.concatenate(slopes))
 
 
@@ -110,20 +106,20 @@ def updated(problem: Problem, progress: Callable[[int], None] = lambda count: No
         InputError: for a measurement whose logarithm is no number.
         NoResultError: the search comes to no end, or leads where the machine does not stand.
     """
-    search, apart = _Search(problem.free, progress), log_apart(problem)
+    search, apart = _Search(problem.free, progress), of_responses(problem)
     poles = () if problem.poles is None else (of_poles(problem, problem.poles),)
     theta = problem.free.theta(problem.free.start)
     if poles:
         theta = search.least(poles, theta)
     scale = FIRST_SPREAD
     for _ in range(ROUNDS):
-        theta = search.least((of_responses(apart, scale), *poles), theta)
+        theta = search.least((scaled(apart, scale), *poles), theta)
         shown = np.where(is_seen(problem.functions), apart(theta).values.reshape(len(problem.functions), -1), np.nan)
         spread, alike = max(LEAST_SPREAD, robust_spread(shown)), alike_over(shown)
         last, scale = scale, spread * math.sqrt(alike)
         if abs(scale / last - 1) < SETTLED:
             break
-    slopes = joined((of_responses(apart, scale), *poles), theta).slopes
+    slopes = joined((scaled(apart, scale), *poles), theta).slopes
     return Updated(theta, slopes.T @ slopes, spread, alike, search.steps)
 
 
