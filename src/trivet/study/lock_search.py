@@ -26,6 +26,8 @@ STEPS = 60
 """Of sequential quadratic programming, at most."""
 FINEST = 1e-6
 """Part of the travel at which a look around ends."""
+LEVELS = 10
+"""How often a grid of rolls about the best is made finer, by a third each."""
 
 
 def polished(asked: Measure, holdings: Sequence[Holding], poses: Poses) -> Holding:
@@ -61,7 +63,7 @@ def _around(asked: Measure, start: Holding, poses: Poses) -> Holding:
     return found
 
 
-def with_best_rolls(asked: Measure, holding: Holding, poses: Poses, levels: int = 10) -> Holding:
+def with_best_rolls(asked: Measure, holding: Holding, poses: Poses) -> Holding:
     """The same coordinates at poses of their own, with the best rolls where these are free."""
     if poses.rolls is not None:
         least = over_poses(asked, holding.ways, holding.values[None], poses.frames, poses.rolls)[0]
@@ -69,7 +71,7 @@ def with_best_rolls(asked: Measure, holding: Holding, poses: Poses, levels: int 
     step = 2 * math.pi / (3 * ROLLS)
     centre, offsets = np.zeros(len(poses)), step * np.arange(3 * ROLLS)
     best, least = centre, np.full(len(poses), -np.inf)
-    for _ in range(levels + 1):
+    for _ in range(LEVELS + 1):
         tried = centre[:, None] + offsets
         p, r = (a.ravel() for a in np.indices(tried.shape))
         values = np.tile(holding.values, (len(p), 1))
