@@ -17,9 +17,9 @@ def dataset(kind: object, *records: str) -> bytes:
     return "\n".join(["    -1", f"{kind:>6}", *records, "    -1", ""]).encode()
 
 
-def units(length: float = 1.0, force: float = 1.0) -> bytes:
+def units(length: float = 1.0, force: float = 1.0, code: int = 9) -> bytes:
     factors = "".join(f"{value:25.17E}".replace("E", "D") for value in (length, force, 1.0))
-    return dataset(164, f"{9:10d}{'USER_DEFINED':<20}{2:10d}", factors, f"{273.15:25.17E}".replace("E", "D"))
+    return dataset(164, f"{code:10d}{'USER_DEFINED':<20}{2:10d}", factors, f"{273.15:25.17E}".replace("E", "D"))
 
 
 def points(rows: Iterable[tuple[int, int, int, tuple[float, float, float]]]) -> bytes:

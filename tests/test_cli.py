@@ -288,6 +288,24 @@ def test_a_terminated_run_leaves_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_file_that_is_begun_goes_when_a_run_ends_within_an_import(tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    folder.mkdir()
+    (tmp_path / "slow.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGTERM)\n")
+    code = (
+        "from trivet.cli import main\nimport trivet.cli.app as app\n"
+        "def app_(standalone_mode):\n    from trivet.files import replacing\n"
+        "    with replacing('x.png'):\n        import slow\napp.app = app_\nmain()\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 128 + signal.SIGTERM
+    assert done.stderr == "trivet: interrupted\n"
+    assert list(folder.iterdir()) == []
+
+
 def test_a_terminated_run_is_not_interrupted_once_more(tmp_path: Path) -> None:
     """The alarm that makes sure of the end does not go off while the interpreter clears up."""
     code = (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import gzip
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -13,13 +14,14 @@ import numpy as np
 import pytest
 import xarray as xr
 from documents import message_of
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from trivet.errors import InputError
 from trivet.measure import checking
 from trivet.measure.channels import channel_of, factor_of, unit_of, written
 from trivet.measure.files.by_suffix import read_functions, save_functions
+from trivet.measure.files.several import import_files
 from trivet.measure.functions import MOTIONS, Channel, Functions
 from trivet.measure.modal.fitted import read_fitted
 
@@ -93,6 +95,7 @@ def functions(draw: Any) -> Functions:
 @settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(written_=functions())
 def test_what_is_written_comes_back(written_: Functions, suffix: str, tmp_path: Path) -> None:
+    assume(len(written_.alike) == len(written_))
     save_functions(written_, tmp_path / f"f{suffix}", overwrite=True)
     assert same(read_functions(tmp_path / f"f{suffix}"), written_)
 
@@ -185,7 +188,8 @@ def changed(old: str, new: str) -> str:
 
 
 WRONG: list[tuple[str, str]] = [
-    ("", "line 1: expected the first line to be # trivet measured responses"),
+    ("", "line 1: expected the first line to be # trivet measured responses, then # frequency: Hz, and rows response,12:+z,…"),
+    ("f,H\n1,2\n", "motion,… unit,… part,real,… above the numbers; docs/measure.md has an example"),
     (changed("# trivet", "# other"), "line 1: expected the first line"),
     (changed("# frequency: Hz\n", ""), "line 9: expected a line # frequency: Hz"),
     (changed("# frequency: Hz", "# frequency: rad/s"), 'line 4: unit "rad/s" of frequency: \'rad/s\' is not a unit'),
@@ -285,10 +289,22 @@ def linked(file: Any) -> None:
     file["value"] = h5py.ExternalLink("other.nc", "value")
 
 
-def value_of(file: Any) -> None:
-    numbers = file["value"][...]
-    numbers[1, 2, 0] = math.nan
-    file["value"][...] = numbers
+def value_of(value: float) -> Change:
+    def change(file: Any) -> None:
+        file["value"][1, 2] = [value, 0.0]
+
+    return change
+
+
+def labels(name: str, words: list[str]) -> Change:
+    def change(file: Any) -> None:
+        file[name][...] = words
+
+    return change
+
+
+def renamed(name: str, other: str) -> Change:
+    return lambda file: file.move(name, other)
 
 
 WORDS = h5py.string_dtype()
@@ -316,7 +332,16 @@ HOSTILE: list[tuple[Change, str]] = [
     (attribute("", "source", np.arange(5)), "source: array([0, 1, 2, 3, 4]); expected words"),
     (replaced("position", np.full((2, 3), 1e9)), "coordinates up to 10000 m"),
     (replaced("point", ["12", "12"], dtype=WORDS), "point: names some points twice"),
-    (value_of, "a b:c:+rx / 3:-x at 166.667 Hz: (nan"),
+    (value_of(math.nan), "a b:c:+rx / 3:-x at 166.667 Hz: nan"),
+    (value_of(math.inf), "a b:c:+rx / 3:-x at 166.667 Hz: inf+"),
+    (value_of(-2.7e59), "Hz: -2.7e+59+0j; expected a finite value up to 1e+24"),
+    (replaced("frequency", 1e30 * np.arange(5.0)), "frequency 2 of 5: 1e+30 Hz; expected a finite one, 0 to 1e+09 Hz"),
+    (attribute("value", "scale_factor", "2"), 'value: scale_factor: "2"; expected a number'),
+    (labels("part", ["real", "angle"]), "part: is real, angle; expected real, imag"),
+    (labels("axis", ["x", "y", "w"]), "axis: is x, y, w; expected x, y, z"),
+    (renamed("function", "chan"), "value: has dimensions chan, frequency, part; expected function, frequency, part"),
+    (attribute("", "kind", "trivet modal fit"), "holds a modal fit, not measured responses"),
+    (lambda file: file.attrs.__delitem__("kind"), "holds other results, not measured responses"),
     (linked, "value: is no array in this file"),
     (outside, "coherence: is no array in this file"),
     (lambda file: (file.__delitem__("value"), file.create_group("value"))[0], "value: is no array in this file"),
@@ -324,6 +349,7 @@ HOSTILE: list[tuple[Change, str]] = [
 
 
 @pytest.mark.parametrize(("change", "message"), HOSTILE, ids=[str(k) for k in range(len(HOSTILE))])
+@pytest.mark.filterwarnings("error")
 def test_netcdf_of_others_is_looked_at_before_it_is_read(change: Change, message: str, tmp_path: Path) -> None:
     save_functions(some(), tmp_path / "f.nc")
     with h5py.File(tmp_path / "f.nc", "r+") as file:
@@ -343,6 +369,83 @@ def test_netcdf_in_other_units_and_precision(tmp_path: Path) -> None:
     factors = np.array([1e-3, math.radians(1), 9.80665e-3])[:, None]
     np.testing.assert_allclose(found.values, some().values * factors, rtol=1e-6)
     assert found.points["12"][2] == pytest.approx(-2e-3 / 3)
+
+
+PACKING = {"value": {"dtype": "i4", "scale_factor": 1e-15, "add_offset": 1e-7, "_FillValue": -1},
+           "coherence": {"dtype": "i2", "scale_factor": 1e-4, "_FillValue": -1}}  # fmt: skip
+OTHERS: dict[str, Callable[[xr.Dataset, Path], Any]] = {
+    "dimensions": lambda data, path: data.transpose("axis", "part", "frequency", "function", "point").to_netcdf(path),
+    "parts": lambda data, path: data.isel(part=[1, 0]).to_netcdf(path),
+    "axes": lambda data, path: data.isel(axis=[2, 0, 1]).to_netcdf(path),
+    "packed": lambda data, path: data.to_netcdf(path, encoding=PACKING),
+    "all": lambda data, path: data.isel(part=[1, 0], axis=[1, 0, 2]).transpose(..., "function").to_netcdf(
+        path, encoding=PACKING
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("how", OTHERS)
+def test_netcdf_that_others_write_in_their_way(how: str, tmp_path: Path) -> None:
+    save_functions(some(), tmp_path / "f.nc")
+    with xr.open_dataset(tmp_path / "f.nc", engine="h5netcdf") as data:
+        OTHERS[how](data.load(), tmp_path / "g.nc")
+    found, known = read_functions(tmp_path / "g.nc"), some()
+    exact = {"atol": 1e-15} if how in ("packed", "all") else {"rtol": 0}
+    np.testing.assert_allclose(found.values, known.values, **exact)
+    np.testing.assert_allclose(found.coherence, known.coherence, atol=1e-4 if "atol" in exact else 0)
+    assert (found.points, found.labels) == (known.points, known.labels)
+
+
+def test_functions_that_were_measured_twice_come_as_their_mean(tmp_path: Path) -> None:
+    """As if all blows had been one measurement: by spectra of single blows with loads alike, which H1 averages."""
+    rng = np.random.default_rng(2)
+    force = np.exp(2j * np.pi * rng.uniform(size=(8, 5)))
+    motion = (1 + 2j) * force + 0.4 * (rng.normal(size=(8, 5)) + 1j * rng.normal(size=(8, 5)))
+
+    def estimate(own: slice) -> tuple[np.ndarray, np.ndarray]:
+        cross = np.mean(motion[own] * force[own].conj(), axis=0)
+        return cross, np.abs(cross) ** 2 / np.mean(np.abs(motion[own]) ** 2, axis=0)
+
+    rows = [estimate(slice(4)), estimate(slice(4, 8)), (np.ones(5), np.full(5, math.nan))]
+    values, coherence = (np.array([row[k] for row in rows]) for k in (0, 1))
+    ends = (Channel("1", Z), Channel("1", Z), Channel("2", Z))
+    whole = Functions(np.arange(1.0, 6), values, ("velocity",) * 3, ends, (Channel("1", Z),) * 3, {}, coherence)
+    save_functions(whole, tmp_path / "f.csv")
+    save_functions(whole.only([1, 2]), tmp_path / "g.nc")
+    found = import_files([tmp_path / "f.csv"])
+    wanted = estimate(slice(8))
+    np.testing.assert_allclose(found.functions.values, [wanted[0], np.ones(5)], rtol=1e-12)
+    np.testing.assert_allclose(found.functions.coherence, [wanted[1], np.full(5, math.nan)], rtol=1e-12)
+    assert found.units == ("m/s/N",) * 2
+    note = (
+        f"1:+z / 1:+z is measured twice, in {tmp_path / 'f.csv'}: function 1 and {tmp_path / 'f.csv'}: function 2: the mean is"
+    )
+    assert found.notes[0].startswith(note)
+    assert found.notes[1:] == ("no coherence is given of function 2:+z / 1:+z", "no position is given of 2 points: 1, 2")
+    assert read_functions(tmp_path / "f.csv").labels == ["1:+z / 1:+z", "2:+z / 1:+z"]
+    np.testing.assert_allclose(whole.matrix()[0][:, 0], [wanted[0], np.ones(5)], rtol=1e-12)
+    other = dataclasses.replace(whole, motions=("velocity", "acceleration", "velocity"))
+    assert "1:+z / 1:+z was measured as several motions, acceleration among them" in message_of(other.matrix)
+    (tmp_path / "h.nc").symlink_to(tmp_path / "g.nc")
+    assert "h.nc: is given twice, as " in message_of(lambda: import_files([tmp_path / "g.nc", tmp_path / "h.nc"]))
+
+
+def test_units_are_told_as_the_file_has_them(tmp_path: Path) -> None:
+    (tmp_path / "f.csv").write_text(TABLE.replace("m/s^2/N", "g/N"))
+    assert import_files([tmp_path / "f.csv"]).units == ("g/N", "um/N")
+    assert "expected 0 to 1" in message_of(lambda: import_files([tmp_path / "f.csv"], least_coherence=math.nan))
+    save_functions(some(), tmp_path / "f.nc")
+    with h5py.File(tmp_path / "f.nc", "r+") as file:
+        file["unit"][0] = "mm/N"
+    assert import_files([tmp_path / "f.nc"]).units == ("mm/N", "rad/s/N", "m/s^2/N")
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".nc", ".unv"])
+@pytest.mark.parametrize(("way", "packed"), [("gzip", gzip.compress(b"x")), ("zip", b"PK\x03\x04..")])
+def test_what_is_compressed_is_told(suffix: str, way: str, packed: bytes, tmp_path: Path) -> None:
+    path = tmp_path / f"f{suffix}"
+    path.write_bytes(packed)
+    assert message_of(lambda: read_functions(path)) == f"{path}: is compressed ({way}); unpack it first"
 
 
 def fitted_file(path: Path, change: Change | None = None) -> Path:
@@ -415,7 +518,7 @@ def test_responses_that_no_file_holds(suffix: str, tmp_path: Path) -> None:
     broken = some()
     broken.values[1, 2] = math.nan
     for wrong, message in (
-        (broken, "a b:c:+rx / 3:-x at 166.667 Hz: (nan"),
+        (broken, "a b:c:+rx / 3:-x at 166.667 Hz: nan"),
         (dataclasses.replace(some(), frequency=some().frequency[::-1]), "expected rising ones"),
         (dataclasses.replace(some(), motions=("displacement",) * 2), "do not belong together"),
         (dataclasses.replace(some(), references=(Channel("", Z),) * 3), "expected a named point"),

@@ -31,6 +31,7 @@ F = 0.25 * np.arange(4, 4 + N)
 Y = np.exp(1j * np.arange(N)) * (1.0 + 1e-3 * np.arange(N))
 RNG = np.random.default_rng(20261127)
 G = 9.80665
+GOOD = plain.function(F, Y)
 X, Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
 
@@ -113,6 +114,10 @@ def test_numbers_that_pyuff_takes_for_others_are_refused(tmp_path: Path, monkeyp
     assert "numbers do not stand in the columns of their form, 20 characters wide" in message_of(lambda: read_universal(path))
 
 
+FREQUENCIES = [
+    ("NONE", 1.0), ("(Hz)", 1.0), ("HZ", 1.0), ("kHz", 1e3), ("KHZ", 1e3), ("cps", 1.0), ("CPS", 1.0), ("rad/s", 0.5 / math.pi),
+    ("RAD/S", 0.5 / math.pi),
+]  # fmt: skip
 NO_LABELS = ("NONE", "NONE", "NONE")
 UNITS = [
     ({"labels": ("Hz", "m/s^2", "N")}, 1.0),
@@ -132,7 +137,7 @@ UNITS = [
 ]
 
 
-@pytest.mark.parametrize(("label", "factor"), [("NONE", 1.0), ("(Hz)", 1.0), ("kHz", 1e3), ("rad/s", 0.5 / math.pi)])
+@pytest.mark.parametrize(("label", "factor"), FREQUENCIES)
 def test_units_of_frequency(tmp_path: Path, label: str, factor: float) -> None:
     found = read_universal(put(tmp_path, plain.function(F, Y, labels=(label, "m/s^2", "N")))).functions
     np.testing.assert_allclose(found.frequency, factor * F, rtol=1e-12)
@@ -234,6 +239,78 @@ def test_old_points_glued_and_local(tmp_path: Path) -> None:
     free = plain.dataset(15, " 17 1 1 8 1.5 2.5 3.5")
     found = read_universal(put(tmp_path, free, plain.function(F, Y)), "mm")
     np.testing.assert_allclose(found.functions.points["17"], (0.0015, 0.0025, 0.0035))
+
+
+LOCAL = plain.units(1000, 1000) + plain.systems([(7, 0, np.vstack([TURNED, ORIGIN])), (8, 1, np.vstack([TURNED, ORIGIN]))])
+PLACES = plain.units(1000, 1000) + plain.points([(1, 0, 7, tuple(PLACE)), (3, 0, 8, tuple(PLACE)), (2, 0, 0, (0.0, 0.0, 0.0))])
+
+
+@pytest.mark.parametrize("files", [(LOCAL, PLACES, GOOD), (GOOD, PLACES, LOCAL), (LOCAL + PLACES, GOOD)])
+def test_axes_and_points_of_one_file_hold_for_the_others(tmp_path: Path, files: tuple[bytes, ...]) -> None:
+    turned = plain.function(F, Y, response=(3, 2), reference=(2, 1))
+    found = import_files([put(tmp_path, data, name=f"{k}.unv") for k, data in enumerate((*files, turned))])
+    one = read_universal(put(tmp_path, *files, turned), "m/s^2 per N").functions
+    ends = {end.point: end.direction for end in found.functions.responses}
+    np.testing.assert_allclose(ends["1"], TURNED[:, 2], atol=1e-12)
+    np.testing.assert_allclose(ends["3"], TURNED @ slope(1, TURNED.T @ (PLACE - ORIGIN), 1), atol=1e-8)
+    assert set(found.functions.responses) == set(one.responses)
+    assert found.functions.points == one.points
+
+
+@pytest.mark.parametrize("columns", [3, 6])
+def test_modes_are_turned_into_the_axes_of_the_measurement(tmp_path: Path, columns: int) -> None:
+    local = np.arange(1.0, 2 * columns + 1).reshape(2, columns)
+    mode = MeasuredMode(complex(-2, 50), ("1", "2"), local + 0j)
+    write_universal(measured(0.25).between(0.25, 1.0), tmp_path / "m.unv", [mode])
+    data = (tmp_path / "m.unv").read_bytes()
+    other = put(tmp_path, data[data.index(b"    -1\n    55") :], name="modes.unv")
+    found = read_universal([other, put(tmp_path, LOCAL, PLACES, GOOD)], "m/s^2 per N, mm").modes[0]
+    wanted = np.array([np.concatenate([TURNED @ row for row in local[0].reshape(-1, 3)]), local[1]])
+    np.testing.assert_allclose(found.shape, wanted, rtol=1e-5)
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize(("ordinate", "narrow"), [(5, False), (6, False), (6, True)])
+def test_a_wrong_byte_order_is_told(tmp_path: Path, order: str, ordinate: int, narrow: bool) -> None:
+    y = (1 + 0.3j) * RNG.normal(size=N)
+    data = plain.function_bytes(F, y, order, narrow, ordinate=ordinate, even=not narrow)
+    read_universal(put(tmp_path, data))
+    told, right = (1, 2) if order == "<" else (2, 1)
+    text = message_of(lambda: read_universal(put(tmp_path, cut(data, b"58b%6d" % told, b"58b%6d" % right))))
+    assert f"(type 58b, line 1): line 2: byte order {right} is wrong: " in text
+    assert text.endswith(f"% of its values are beyond all reason, and 0% with {told}; write {told} behind 58b")
+
+
+def test_points_of_several_components_are_kept_apart(tmp_path: Path) -> None:
+    """One number in two components is two points; where there is no doubt the number is the name."""
+    ends = [((1, 3), ("LEG1", "LEG1")), ((1, 3), ("LEG2", "NONE")), ((4, 3), ("LEG2", "NONE"))]
+    functions = [plain.function(F, Y, response=end, names=names) for end, names in ends]
+    place = plain.units() + plain.points([(1, 0, 0, X), (2, 0, 0, Z)])
+    found = read_universal(put(tmp_path, place, *functions))
+    assert found.functions.labels == ["LEG1-1:+z / 2:-x", "LEG2-1:+z / 2:-x", "4:+z / 2:-x"]
+    assert found.functions.points == {"2": Z}
+    assert "no position is given of 3 points: LEG1-1, LEG2-1, 4" in found.notes
+    turned = LOCAL + plain.points([(1, 0, 7, X)])
+    text = message_of(lambda: read_universal(put(tmp_path, turned, *functions)))
+    assert "LEG1 and LEG2 have a point 1 each, which moves along coordinate system 7" in text
+    alone = read_universal(put(tmp_path, place, functions[0])).functions
+    assert (alone.labels, alone.points) == (["1:+z / 2:-x"], {"1": X, "2": Z})
+
+
+def test_units_that_contradict_themselves_are_as_declared(tmp_path: Path) -> None:
+    path = put(tmp_path, plain.units(1, 1, 5), plain.points([(1, 0, 0, X)]), GOOD)
+    found = read_universal(path, "g per N, mm").functions
+    np.testing.assert_allclose(found.values[0], G * Y, rtol=1e-11)
+    assert found.points == {"1": (1e-3, 0.0, 0.0)}
+    for code, length, force in ((1, 1, 1), (5, 1000, 1000), (7, 1 / 0.0254, 0.22480894), (10, 1000, 1), (9, 7, 3)):
+        read_universal(put(tmp_path, plain.units(length, force, code), GOOD), "g per N")
+
+
+@pytest.mark.parametrize("records", [0, 1, 5, 6, 7])
+def test_headers_that_are_short_are_read(tmp_path: Path, records: int) -> None:
+    found = read_universal(put(tmp_path, plain.dataset(151, *["machine", "", "x", "1", "2", "analyser", "3"][:records]), GOOD))
+    words = ["machine"] * (records > 0) + ["analyser"] * (records > 5)
+    assert found.functions.source == "a.unv" + (f" ({', '.join(words)})" if words else "")
 
 
 def test_coherence_goes_with_its_function(tmp_path: Path) -> None:
@@ -398,7 +475,6 @@ def cut(data: bytes, old: bytes, new: bytes, times: int = 1) -> bytes:
 MODE_LINES = [*["NONE"] * 5, "".join(f"{k:10d}" for k in (1, 3, 2, 8, 5, 3)), "         2         6         1         1"]
 MODE_LINES += ["".join(f"{c:13.5E}" for c in row) for row in ((-0.5, 40, 0, 0, 0, 0),)]
 MODE_LINES += [f"{3:10d}", "".join(f"{c:13.5E}" for c in (1, 2, 3, 4, 5, -6))]
-GOOD = plain.function(F, Y)
 IN_BYTES = plain.function_bytes(F, Y)
 LINES = GOOD.split(b"\n")
 WRONG: dict[str, tuple[bytes, str]] = {
@@ -441,6 +517,18 @@ WRONG: dict[str, tuple[bytes, str]] = {
     "response a load": (plain.function(F, Y, types=(18, 13, 13)), "its response is a load; expected 8 displacement"),
     "time": (plain.function(F, Y, types=(17, 12, 13)), "its abscissa is of type 17; expected 18, frequency"),
     "rpm": (plain.function(F, Y, labels=("furlong", "m/s^2", "N")), '"furlong" is no unit of frequency'),
+    **{
+        word: (plain.function(F, Y, labels=(word, "m/s^2", "N")), f'"{word}" is no unit of frequency; expected Hz, kHz, cps or')
+        for word in ("s^-1", "1/s", "Bq", "rpm", "s", "MHZ")
+    },
+    "gigahertz": (plain.function(1e9 * F, Y), "frequencies go up to 6.5e+09 Hz; expected at most 1e+09 Hz"),
+    "step of 1e30": (plain.function(1e30 * F, Y), "frequencies go up to 6.5e+30"),
+    "1 is SI": (
+        plain.units(1000, 1000, 1) + GOOD,
+        "line 3: contradiction: code 1 says m and N, its factors 0.001 m and 0.001 N",
+    ),
+    "5 is mm": (plain.units(1, 1, 5) + GOOD, "contradiction: code 5 says mm and mN, its factors 1 m and 1 N; say what holds"),
+    "a blank in a factor": (plain.units(1000, 2.5).replace(b"2.500", b"2.5\t0", 1) + GOOD, "line 4: "),
     "no units": (
         plain.function(F, Y, labels=NO_LABELS),
         "neither labels nor a dataset 164 tell its units; say what they are, as in --units",
@@ -475,6 +563,30 @@ WRONG: dict[str, tuple[bytes, str]] = {
     "on the axis": (
         plain.units() + plain.systems([(9, 1, np.eye(4)[:, :3])]) + plain.points([(1, 0, 9, Z)]) + GOOD,
         "lies on the axis",
+    ),
+    "point along two": (
+        plain.units()
+        + plain.systems([(9, 0, np.eye(4)[:, :3])])
+        + plain.points([(1, 0, 9, X), (2, 0, 0, X)])
+        + plain.points([(2, 0, 0, X), (1, 0, 0, X)])
+        + GOOD,
+        "point 1 moves along coordinate system 0 here, along 9 before (",
+    ),
+    "system twice": (
+        plain.systems([(9, 0, np.eye(4)[:, :3])]) + plain.systems([(9, 0, np.vstack([TURNED, ORIGIN]))]) + GOOD,
+        "coordinate system 9 is another one here than before (",
+    ),
+    "label of a point": (
+        plain.units() + plain.dataset(2411, "1.7 0 0 8", "1.0 2.0 3.0") + GOOD,
+        'line 9: "1.7 0 0 8": expected',
+    ),
+    "label of a system": (
+        plain.systems([(9, 0, np.eye(4)[:, :3])]).replace(b"         9", b"       1.7") + GOOD,
+        'line 5: "1.7 0 8": expected integers for labels',
+    ),
+    "number of a point": (
+        GOOD.replace(b"         1   3", b"       1.7   3", 1),
+        'line 8: "1.7": expected an in',
     ),
     "left-handed": (
         plain.units() + plain.systems([(9, 0, np.vstack([-np.eye(3), Z]))]) + GOOD,
@@ -512,7 +624,9 @@ def test_wrong_files_are_told_with_dataset_and_line(tmp_path: Path, case: str) -
     assert text.startswith(str(tmp_path / "a.unv"))
 
 
-@pytest.mark.parametrize("units", ["m/s^2", "m/s^2 per m", "N per m/s^2", "mm per", "fish", "m/s^2 per N, kg", ""])
+@pytest.mark.parametrize(
+    "units", ["m/s^2 per N, g per N", "mm, in", "m/s^2", "m/s^2 per m", "N per m/s^2", "mm per", "fish", "m/s^2 per N, kg", ""]
+)
 def test_wrong_units_as_declared(tmp_path: Path, units: str) -> None:
     text = message_of(lambda: read_universal(put(tmp_path, GOOD), units))
     assert text.startswith(f'--units "{units}"')

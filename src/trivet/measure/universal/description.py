@@ -8,14 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trivet.errors import InputError
 from trivet.measure.imported import Unused
 from trivet.measure.universal.parse import Fields, head, parse
 from trivet.measure.universal.scan import Block, scan
 from trivet.measure.universal.units import Declared, Scale, is_none, scale_of
 
-_OTHER = {18: "coordinate systems", 55: "data at points that are no mode", 82: "trace lines", 151: "header that cannot be read",
-          2412: "elements"}  # fmt: skip
+_OTHER = {18: "coordinate systems", 55: "data at points that are no mode", 82: "trace lines", 2412: "elements"}
 
 
 class Described(NamedTuple):
@@ -51,21 +49,11 @@ def describe(path: str, given: Declared) -> Described:
     for block in scan(path):
         if block.kind == 58:
             names |= set(_names(head(block)))
-        elif (fields := _parsed(block)) is not None:
+        elif (fields := parse(block)) is not None:
             datasets.append((block, fields))
         else:
             unused.append(Unused(path, block.number, block.kind, _OTHER.get(block.kind, f"dataset {block.kind}")))
     return Described(path, datasets, _scale(datasets, given), names, unused)
-
-
-def _parsed(block: Block) -> Fields | None:
-    """A dataset as pyuff gives it; None for those that are not read, and for words which cannot be."""
-    try:
-        return parse(block)
-    except InputError:
-        if block.kind == 151:
-            return None
-        raise
 
 
 def _names(fields: Fields) -> Iterator[tuple[int, str]]:

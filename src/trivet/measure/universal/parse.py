@@ -193,7 +193,7 @@ def _header(block: Block) -> Fields:
     from pyuff.datasets import dataset_151
 
     lines = block.lines()
-    return _ask(block, dataset_151._extract151, "\n".join([*lines, *[" "] * (9 - len(lines))]))
+    return _ask(block, dataset_151._extract151, "\n".join([*lines, *[" "] * 9]))
 
 
 def _units(block: Block) -> Fields:
