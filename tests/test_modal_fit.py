@@ -273,6 +273,16 @@ def test_modes_that_were_asked_for() -> None:
         fit_modes(measured, 60, 400, poles=[150, 151])
 
 
+def test_a_mode_outside_reaches_into_what_was_asked_for() -> None:
+    truth = Truth.of((100, 150, 230), (0.01, 0.01, 0.02), 4, seed=5)
+    measured = functions(LINES, noisy(truth.matrix(LINES, 2, 2), "relative", 0.005, 3), 2)
+    fit = fit_modes(measured, 60, 210, poles=[100, 150])
+    assert len(fit) == 2
+    assert len(fit.whole) == 3
+    assert np.all(np.abs(fit.frequency - truth.natural[:2]) < 2 * fit.frequency_interval)
+    assert np.all(np.abs(fit.damping - 0.01) < 2 * fit.damping_interval)
+
+
 def test_missing_pairs() -> None:
     """A response without one of the references takes part in all but the poles of orders; none complete is refused."""
     whole = functions(LINES, noisy(PAIRS.matrix(LINES, 3), "relative", 0.01, 3))

@@ -138,22 +138,24 @@ def significant(band: Band, found: Settled) -> Settled:
     return found
 
 
-def completed(band: Band, found: Settled) -> Settled:
-    """With modes that stand out of what is left: the second of a close pair, or such outside the band that reach into it."""
+def completed(band: Band, found: Settled, is_open: bool = True) -> Settled:
+    """With modes that stand out of what is left: such outside the band that reach into it, and the second of a close pair
+    where the band is open to more."""
     for _ in range(MOST_ADDED):
-        better = _with_one_more(band, found.at)
+        better = _with_one_more(band, found.at, is_open)
         if better is None:
             return found
         found = settled(band, better, found.noise, FEW)
     return found
 
 
-def _with_one_more(band: Band, at: Refined) -> Modes | None:
+def _with_one_more(band: Band, at: Refined, is_open: bool = True) -> Modes | None:
     """The modes with one that is worth it; the most promising is tried first."""
-    starts = [projected(band, more, at.weight) for more in _missing(band, at)]
+    starts = [projected(band, more, at.weight) for more in _missing(band, at, is_open)]
     for start in sorted(starts, key=lambda one: one.cost):
         tried = refine(band, start.modes, at.weight, STEPS)
-        if 2 * (at.cost - tried.cost) >= penalty(band) and _is_plausible(band, tried.modes):
+        is_worth = 2 * (at.cost - tried.cost) >= penalty(band) and _is_plausible(band, tried.modes)
+        if is_worth and (is_open or not _is_inside(band, tried.modes)[-1]):
             return tried.modes
     return None
 
@@ -185,12 +187,13 @@ def _is_inside(band: Band, modes: Modes) -> np.ndarray:
     return found
 
 
-def _missing(band: Band, at: Refined) -> list[Modes]:
+def _missing(band: Band, at: Refined, is_open: bool = True) -> list[Modes]:
     """The modes with one more, which explains most of what is left: in the band, below it, above it, beside one of them."""
-    low, high = band.omega[0], band.omega[-1]
     beyond = np.geomspace(1.01, FAR / 2, 40)
-    alone = [_with_best(band, at, places) for places in (band.omega, low / beyond, high * beyond)]
-    return [*alone, _with_best(band, at, band.omega, is_beside=True)]
+    below, above = (_with_best(band, at, places) for places in (band.omega[0] / beyond, band.omega[-1] * beyond))
+    if not is_open:
+        return [below, above]
+    return [_with_best(band, at, band.omega), below, above, _with_best(band, at, band.omega, is_beside=True)]
 
 
 def _own_part(band: Band, at: Refined, shape: np.ndarray) -> np.ndarray:
@@ -238,9 +241,9 @@ def _with_best(band: Band, at: Refined, places: np.ndarray, is_beside: bool = Fa
 
 
 def most_likely(band: Band, modes: Modes, is_automatic: bool) -> Settled:
-    """Modes and noise from a start; where it is automatic, modes that are not there go and modes that are missing come."""
-    found = settled(band, modes, rounds=FEW if is_automatic else ROUNDS)
-    if is_automatic:
-        found = significant(band, completed(band, significant(band, found)))
+    """Modes and noise from a start; modes that are missing come, those in the band only where it is automatic, and such as are
+    not there go."""
+    found = settled(band, modes, rounds=FEW)
+    found = significant(band, completed(band, significant(band, found))) if is_automatic else completed(band, found, False)
     found = settled(band, joined(band, found.at).modes, found.noise)
     return significant(band, found) if is_automatic else found
