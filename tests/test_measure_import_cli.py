@@ -72,6 +72,7 @@ def test_tables(trivet: Any, files: Path) -> None:
     assert float(frequency) == pytest.approx(abs(POLES[1]) / (2 * np.pi), abs=2e-4)
     assert rest == ["1.0000", "2", "bending"]
     assert f"coherence is below 0.8 at {(source.coherence < 0.8).sum()} lines" in out
+    assert max(map(len, out[: out.index("points")].splitlines())) <= 100
     assert "below" not in trivet("measure", "import", "plate.unv", "--least-coherence", "0")[1]
 
 

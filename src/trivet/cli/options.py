@@ -20,7 +20,7 @@ Machines = Annotated[
 ]
 _MEASURED = f"Measured responses: {', '.join(map(str, KINDS[:-1]))} or {KINDS[-1]}."
 MeasuredFile = Annotated[str, typer.Argument(help=_MEASURED, metavar="MEASURED")]
-MeasuredFiles = Annotated[list[str], typer.Argument(help=_MEASURED, metavar="MEASURED...")]
+MeasuredFiles = Annotated[list[str], typer.Argument(help=_MEASURED, metavar="MEASURED")]
 Settings = Annotated[
     list[str] | None,
     typer.Option(

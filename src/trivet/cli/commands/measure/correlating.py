@@ -6,13 +6,14 @@ from typing import Annotated
 
 import typer
 
+from trivet.cli import options as o
 from trivet.cli import output
 from trivet.cli.groups import Choice, DataOutput, Measurement, Model
 
 
 def run(
     *,
-    measured: Annotated[str, typer.Argument(help="Measured responses: .nc, .csv, or a universal file.", metavar="MEASURED")],
+    measured: o.MeasuredFile,
     choice: Choice,
     test: Measurement,
     entry: Annotated[

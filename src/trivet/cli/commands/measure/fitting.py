@@ -13,7 +13,7 @@ from trivet.cli.groups import DataOutput
 
 def run(
     *,
-    file: Annotated[str, typer.Argument(help="Measured responses: .nc, .csv, or a universal file.", metavar="FILE")],
+    measured: o.MeasuredFile,
     low: Annotated[str | None, typer.Option("--from", help="Lower end of the band; all that was measured by default.")] = None,
     high: Annotated[str | None, typer.Option("--to", help="Upper end of the band.")] = None,
     order: Annotated[
@@ -37,7 +37,7 @@ def run(
     ends = [o.quantity(name, text, "frequency", "Hz", True) for name, text in (("--from", low), ("--to", high))]
     wanted = None if poles is None else _frequencies(poles)
     out.check()
-    functions = read_functions(file)
+    functions = read_functions(measured)
     with output.busy("fitting modes", out.as_json):
         found = fit_modes(functions, *ends, order=order, poles=wanted)
     out.give(found, view)

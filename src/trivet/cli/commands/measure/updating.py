@@ -37,7 +37,7 @@ Ends = Annotated[
 
 def run(
     *,
-    measured: Annotated[str, typer.Argument(help="Measured responses: .nc, .csv, or a universal file.", metavar="MEASURED")],
+    measured: o.MeasuredFile,
     choice: Choice,
     test: Measurement,
     free: Numbers,
