@@ -242,7 +242,11 @@ def test_modes_in_tables_and_json() -> None:
     found = view.as_json(ShownCorrelation(result()))["modes"]
     json.dumps(found, allow_nan=False)
     assert [(p["measured"], p["computed"]) for p in found["pairs"]] == [(1, 1), (2, 2), (3, 3), (4, 4)]
-    np.testing.assert_allclose([c["comac"] for c in found["channels"]], modes.comac)
+    shapes = modes.measured.shapes * np.linspace(1, 2, 10)[:, None] ** [0, 1, 0, 2]
+    unlike = dataclasses.replace(modes, measured=modes.measured._replace(shapes=shapes))
+    channels = view.as_json(ShownCorrelation(dataclasses.replace(result(), modes=unlike)))["modes"]["channels"]
+    assert np.ptp(unlike.comac) > 0.01
+    np.testing.assert_allclose([c["comac"] for c in channels], unlike.comac)
     np.testing.assert_allclose(found["mac"], modes.mac)
 
 
