@@ -37,6 +37,7 @@ from trivet.measure.modal.fitted import FittedModes
 from trivet.measure.modal.fitting import fit_modes
 from trivet.model import Machine, load, write
 from trivet.show.figure import figure
+from trivet.show.update import factors
 from trivet.study.correlate import correlate
 from trivet.study.update import Update, _divided, update
 
@@ -440,7 +441,7 @@ def test_what_is_drawn(corrected: Update, tmp_path: Path) -> None:
 
 
 def test_the_picture(corrected: Update, tmp_path: Path) -> None:
-    """Every panel has its three curves; the numbers' bars are there."""
+    """Every panel has its three curves; numbers have moved along their bars, which are two deviations long."""
     figure(corrected, tmp_path / "u.png")
     picture = imread(tmp_path / "u.png")
     assert picture.shape[:2] == (1085, 1400)
@@ -454,7 +455,13 @@ def test_the_picture(corrected: Update, tmp_path: Path) -> None:
         for columns in (slice(0, 700), slice(700, 1400)):
             for name, own in colours.items():
                 assert own[rows, columns].sum() > 150, (name, rows, columns)
-    assert colours["after"][770:, :900].sum() > 100
+    grey = np.all(np.abs(picture[..., :3] - 235 / 255) < 4e-3, axis=-1)[:, :900]
+    rows = np.flatnonzero(grey[870:].sum(axis=1) > 200) + 870
+    bars = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
+    for own, change in zip(bars, factors(corrected)[0], strict=True):
+        low, high = np.flatnonzero(grey[own].mean(axis=0) > 0.5)[[0, -1]]
+        mark = np.nonzero(colours["after"][own, :900])[1].mean()
+        assert 2 * (mark - low) / (high - low) - 1 == pytest.approx(change, abs=0.02)
 
 
 def test_a_model_that_does_not_explain_it_is_told(corrected: Update) -> None:
