@@ -265,7 +265,7 @@ def test_a_fit_from_its_file(trivet: Any, files: Path) -> None:
     np.testing.assert_allclose([p["frequency_difference"] for p in found["pairs"]], 0.02, atol=1e-3)
     code, out, err = trivet(*COMMAND, "--fit", "m.nc")
     assert (code, out) == (2, "")
-    assert "m.nc: natural_frequency: is missing; a file of a modal fit has" in err
+    assert "m.nc: holds measured responses, not a modal fit" in err
 
 
 def test_netcdf(trivet: Any, files: Path) -> None:
