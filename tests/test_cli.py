@@ -293,7 +293,7 @@ def test_a_file_that_is_begun_goes_when_a_run_ends_within_an_import(tmp_path: Pa
     folder.mkdir()
     (tmp_path / "slow.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGTERM)\n")
     code = (
-        "from trivet.cli import main\nimport trivet.cli.app as app\n"
+        f"import sys\nsys.path.append({str(tmp_path)!r})\nfrom trivet.cli import main\nimport trivet.cli.app as app\n"
         "def app_(standalone_mode):\n    from trivet.files import replacing\n"
         "    with replacing('x.png'):\n        import slow\napp.app = app_\nmain()\n"
     )

@@ -433,7 +433,9 @@ def test_functions_that_were_measured_twice_come_as_their_mean(tmp_path: Path) -
 def test_units_are_told_as_the_file_has_them(tmp_path: Path) -> None:
     (tmp_path / "f.csv").write_text(TABLE.replace("m/s^2/N", "g/N"))
     assert import_files([tmp_path / "f.csv"]).units == ("g/N", "um/N")
-    assert "expected 0 to 1" in message_of(lambda: import_files([tmp_path / "f.csv"], least_coherence=math.nan))
+    for least in (math.nan, -0.1, 1.5):
+        told = message_of(lambda least=least: import_files([tmp_path / "f.csv"], least_coherence=least))
+        assert told == f"--least-coherence {least:g}: expected 0 to 1"
     save_functions(some(), tmp_path / "f.nc")
     with h5py.File(tmp_path / "f.nc", "r+") as file:
         file["unit"][0] = "mm/N"

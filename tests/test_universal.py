@@ -339,6 +339,17 @@ def test_coherence_goes_with_its_function(tmp_path: Path) -> None:
     ]  # fmt: skip
 
 
+def test_coherence_is_looked_for_in_the_file_of_its_function_first(tmp_path: Path) -> None:
+    low = np.linspace(0.5, 1, N)
+    of = {"kind": 6, "ordinate": 4, "types": (18, 0, 0), "labels": NO_LABELS}
+    one = put(tmp_path, plain.function(F, Y, types=(18, 11, 13), labels=("Hz", "m/s", "N")), name="one.unv")
+    two = put(tmp_path, GOOD, plain.function(F, low, **of), name="two.unv")
+    coherence = read_universal([one, two]).functions.coherence
+    np.testing.assert_allclose(coherence, [np.full(N, np.nan), low])
+    apart = put(tmp_path, plain.function(F, low**2, **of), name="apart.unv")
+    np.testing.assert_allclose(read_universal([apart, one, two]).functions.coherence, [low**2, low])
+
+
 def test_files_are_joined_and_pairs_told_twice(tmp_path: Path) -> None:
     one = put(tmp_path, plain.function(F, Y), name="one.unv")
     two = put(tmp_path, plain.function(F, 2 * Y), plain.function(F, Y, response=(4, 1)), name="two.unv")
@@ -351,10 +362,10 @@ def test_files_are_joined_and_pairs_told_twice(tmp_path: Path) -> None:
     )
     known = Functions(**{**found.functions.__dict__, "coherence": np.full((2, N), 0.4), "points": {"4": X}})
     save_functions(known, tmp_path / "three.nc")
-    again = import_files([tmp_path / "three.nc", two, one], least_coherence=0.5)
+    again = import_files([two, tmp_path / "three.nc", one], least_coherence=0.5)
     assert again.functions.points == {"4": X}
-    assert again.functions.source == "one.unv; two.unv; two.unv; one.unv", "in the order of the files"
-    assert again.units == ("m/s^2/N, m/s^2 per N",) * 2
+    assert again.functions.source == "two.unv; one.unv; two.unv; one.unv", "in the order of the files"
+    assert again.units == ("m/s^2 per N, m/s^2/N",) * 2
     assert "1:+z / 2:-x is measured 3 times, in" in again.notes[0]
     np.testing.assert_allclose(again.functions.values, [1.5 * Y, Y], rtol=1e-11)
     np.testing.assert_array_equal(read_functions(two).values[1], found.functions.values[1])
@@ -574,6 +585,10 @@ WRONG: dict[str, tuple[bytes, str]] = {
     ),
     "system twice": (
         plain.systems([(9, 0, np.eye(4)[:, :3])]) + plain.systems([(9, 0, np.vstack([TURNED, ORIGIN]))]) + GOOD,
+        "coordinate system 9 is another one here than before (",
+    ),
+    "system elsewhere": (
+        plain.systems([(9, 0, np.eye(4)[:, :3]), (9, 0, np.vstack([np.eye(3), X]))]) + GOOD,
         "coordinate system 9 is another one here than before (",
     ),
     "label of a point": (
