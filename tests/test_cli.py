@@ -297,10 +297,7 @@ def test_a_file_that_is_begun_goes_when_a_run_ends_within_an_import(tmp_path: Pa
         "def app_(standalone_mode):\n    from trivet.files import replacing\n"
         "    with replacing('x.png'):\n        import slow\napp.app = app_\nmain()\n"
     )
-    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=folder, env=environment, capture_output=True, text=True, check=False
-    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 128 + signal.SIGTERM
     assert done.stderr == "trivet: interrupted\n"
     assert list(folder.iterdir()) == []
