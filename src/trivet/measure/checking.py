@@ -10,6 +10,7 @@ import numpy as np
 from trivet.errors import InputError, shown
 from trivet.measure.channels import UNIT_LENGTH, is_name
 from trivet.measure.functions import MOTIONS, Functions
+from trivet.model.quantity import LARGEST
 
 PACKED = {"gzip": b"\x1f\x8b", "zip": b"PK\x03\x04", "bzip2": b"BZh", "xz": b"\xfd7zXZ\x00"}
 """First bytes of compressed files."""
@@ -20,8 +21,6 @@ LARGEST_FILE = 500_000_000
 """Bytes of a file of functions."""
 HIGHEST = 1e9
 """Hz; no structure is measured there."""
-LARGEST = 1e24
-"""SI; what no structure answers."""
 FARTHEST = 1e4
 """m; a point so far from the origin of its axes was given in another unit."""
 

@@ -75,7 +75,8 @@ def _check_paths(paths: Sequence[str]) -> None:
     for path in paths:
         real = os.path.realpath(path)
         if real in known:
-            raise InputError(f"{path}: is given twice, as {known[real]} before; give every file once")
+            name = "" if path == known[real] else f", as {known[real]} before"
+            raise InputError(f"{path}: is given twice{name}; give every file once")
         known[real] = path
 
 

@@ -9,7 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from trivet.measure.imported import Unused
-from trivet.measure.universal.parse import Fields, head, parse
+from trivet.measure.universal.function import head
+from trivet.measure.universal.parse import parse
+from trivet.measure.universal.plain import Fields
 from trivet.measure.universal.scan import Block, scan
 from trivet.measure.universal.units import Declared, Scale, is_none, scale_of
 

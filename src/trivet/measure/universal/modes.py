@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from trivet.measure.imported import MeasuredMode
-from trivet.measure.universal.parse import Fields
+from trivet.measure.universal.plain import Fields
 from trivet.measure.universal.points import Geometry
 from trivet.measure.universal.scan import Block
 from trivet.measure.universal.units import is_none

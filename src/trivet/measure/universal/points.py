@@ -12,7 +12,7 @@ import numpy as np
 from trivet.measure.functions import Channel
 from trivet.measure.joining import is_at
 from trivet.measure.universal.description import Described
-from trivet.measure.universal.parse import Fields
+from trivet.measure.universal.plain import Fields
 from trivet.measure.universal.scan import Block
 from trivet.measure.universal.units import Declared, Scale, is_none, metres
 

@@ -15,8 +15,9 @@ from trivet.measure.imported import Content, Imported, Measured, Unused
 from trivet.measure.joining import first_difference, joined
 from trivet.measure.universal.axis import even_axis
 from trivet.measure.universal.description import Described, describe
+from trivet.measure.universal.function import function, head, record_of
 from trivet.measure.universal.modes import mode_of
-from trivet.measure.universal.parse import Fields, function, head, record_of
+from trivet.measure.universal.plain import Fields
 from trivet.measure.universal.points import Geometry, geometry
 from trivet.measure.universal.scan import Block, scan
 from trivet.measure.universal.units import Declared, declared, hertz, told_unit

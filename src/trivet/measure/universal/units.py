@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from trivet.errors import InputError, shown
 from trivet.measure.functions import MOTIONS, Motion
-from trivet.measure.universal.parse import Fields
+from trivet.measure.universal.plain import Fields
 from trivet.measure.universal.scan import Block
 from trivet.model.quantity import Quantity
 
