@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -119,28 +119,33 @@ def _curved(block: Block, node: int, kind: int, at: np.ndarray) -> np.ndarray:
     return np.array([out, about, [cos * math.cos(down), sin * math.cos(down), -math.sin(down)]]).T
 
 
-def geometry(files: Iterable[Described], given: Declared) -> Geometry:
+def geometry(files: Sequence[Described], given: Declared) -> Geometry:
     """Points and axes of some files.
 
     Raises:
         InputError: for systems that are none, points and systems that are defined twice, and unknown units.
     """
-    files = list(files)
     systems: dict[int, System] = {}
-    for file in files:
-        for block, fields in file.datasets:
-            for label, system in _systems(block, fields, file.scale) if block.kind == 2420 else ():
-                _check_same_system(label, system, systems.setdefault(label, system))
+    for file, block, fields in _datasets(files, 2420):
+        for label, system in _systems(block, fields, file.scale):
+            _check_same_system(label, system, systems.setdefault(label, system))
     known: dict[int, Point] = {}
-    for file in files:
-        for block, fields in file.datasets:
-            for number, point in _points(block, fields, file.scale, systems, given) if block.kind in (15, 2411) else ():
-                _check_same_point(number, point, known.setdefault(number, point))
+    for file, block, fields in _datasets(files, 15, 2411):
+        for number, point in _points(block, fields, file.scale, systems, given):
+            _check_same_point(number, point, known.setdefault(number, point))
     owners: dict[int, list[str]] = {}
     for number, name in sorted({pair for file in files for pair in file.names}):
         owners.setdefault(number, []).append(name)
     several = {number: names for number, names in owners.items() if len(names) > 1}
     return Geometry(known, systems, several, given)
+
+
+def _datasets(files: Sequence[Described], *kinds: int) -> Iterator[tuple[Described, Block, Fields]]:
+    """Those of some kinds."""
+    for file in files:
+        for block, fields in file.datasets:
+            if block.kind in kinds:
+                yield file, block, fields
 
 
 def _points(
