@@ -21,11 +21,12 @@ from matplotlib.image import imread
 from measured_machine import SENSORS, Joints, hammer_test, modes_of_solids
 from rich.console import Console
 
+from trivet.cli.views.likeness import idle
 from trivet.cli.views.update import as_json, tables
 from trivet.errors import InputError
 from trivet.measure.correction.identifiability import told
-from trivet.measure.correction.terms import huber
-from trivet.measure.correction.updating import alike_over, robust_spread
+from trivet.measure.correction.terms import Residuals, huber, scaled
+from trivet.measure.correction.updating import functions_alike, lines_alike, robust_spread
 from trivet.measure.correlation import ModeSet
 from trivet.measure.files.by_suffix import save_functions
 from trivet.measure.functions import Channel, Functions
@@ -319,12 +320,33 @@ def test_residuals_that_are_alike() -> None:
     """Of an autoregressive series with coefficient a, (1 + a) / (1 - a) lines (closed form); of white noise 1."""
     random = np.random.default_rng(3)
     white = random.normal(size=(40, 2000))
-    assert alike_over(white) == pytest.approx(1, abs=0.1)
+    assert lines_alike(white) == pytest.approx(1, abs=0.1)
     red = np.zeros_like(white)
     for k in range(1, white.shape[1]):
         red[:, k] = 0.8 * red[:, k - 1] + white[:, k]
-    assert alike_over(red) == pytest.approx(1.8 / 0.2, rel=0.15)
+    assert lines_alike(red) == pytest.approx(1.8 / 0.2, rel=0.15)
     assert robust_spread(white) == pytest.approx(1, rel=0.02)
+    assert functions_alike(white, 1) == pytest.approx(1, abs=0.1)
+    assert functions_alike(red, 9) == pytest.approx(1, abs=0.5)
+    assert functions_alike(np.repeat(white[:5], 4, axis=0), 1) == pytest.approx(4, rel=0.05)
+    assert functions_alike(np.repeat(red[:1], 6, axis=0), 9) == pytest.approx(6)
+
+
+def test_finer_lines_say_no_more() -> None:
+    """Every line four times, and residuals alike over four times as many: the same sum of squares, far residuals included."""
+    apart = np.array([0.1, -0.2, 3.0, 0.05, -1.0])
+    slopes = np.random.default_rng(2).normal(size=(5, 2))
+
+    def coarse(theta: np.ndarray) -> Residuals:
+        return Residuals(apart + slopes @ theta, slopes)
+
+    def fine(theta: np.ndarray) -> Residuals:
+        return Residuals(*(np.repeat(part, 4, axis=0) for part in coarse(theta)))
+
+    for theta in np.random.default_rng(3).normal(size=(4, 2)):
+        one, four = (scaled(term, 0.2, alike)(theta) for term, alike in ((coarse, 2.5), (fine, 10.0)))
+        assert np.sum(four.values**2) == pytest.approx(np.sum(one.values**2))
+        np.testing.assert_allclose(four.values @ four.slopes, one.values @ one.slopes)
 
 
 def test_the_machine_file_tells_its_history(corrected: Update, tmp_path: Path) -> None:
@@ -334,6 +356,7 @@ def test_the_machine_file_tells_its_history(corrected: Update, tmp_path: Path) -
     assert 'status = "fitted"' in text
     assert "was 300 N m/rad" in text
     assert "hammer test" in again.about.description
+    assert again.name == "azulay-corrected"
     assert "loss factor of the analysis 0.035" in again.about.description
     ball = again.chains["leg"].elements[-1]
     assert float(ball.stiffness) == pytest.approx(corrected.after[0], abs=0.02 * corrected.deviation[0])  # type: ignore[union-attr]
@@ -352,8 +375,9 @@ def test_tables_of_numbers_and_functions(corrected: Update) -> None:
     out = seen(corrected, further=True)
     found, told = corrected.found, corrected.told
     assert "azulay, hammer test: 12 functions at 160 frequencies, 60 to 1000 Hz" in out
-    assert f"residuals of ln|H| scatter by {found.spread:.3f} and are alike over {found.alike:.1f} lines" in out
-    assert f"lines; found in {found.steps} steps" in out
+    assert f"residuals of ln|H| scatter by {found.spread:.3f} and are alike over {found.lines_alike:.1f} lines and " in out
+    assert f"and {found.functions_alike:.1f} functions; found in {found.steps} steps" in out
+    assert f"give other commands --loss-factor {corrected.loss_factor:.4g}" in out
     after, deviation = corrected.after, corrected.deviation
     share = 100 * (1 - (told.deviation / corrected.problem.free.spread) ** 2)
     for k, (path, before, unit, scale, known) in enumerate((
@@ -469,6 +493,39 @@ def test_a_model_that_does_not_explain_it_is_told(corrected: Update) -> None:
     bad = dataclasses.replace(corrected, found=dataclasses.replace(corrected.found, spread=0.9))
     assert any(words in part for part in tables(bad) if isinstance(part, str))
     assert not any(words in part for part in tables(corrected) if isinstance(part, str))
+    reassurance = "every number is told by the measurements"
+    assert not any(reassurance in part for part in tables(bad) if isinstance(part, str))
+    assert any(reassurance in part for part in tables(corrected) if isinstance(part, str))
+    assert [as_json(own)["explains_measurement"] for own in (bad, corrected)] == [False, True]
+
+
+def test_surprises_are_told(corrected: Update) -> None:
+    free = corrected.problem.free
+    theta = free.theta(free.start) + np.array([0.0, -5.0, 0.0]) * free.spread
+    odd = dataclasses.replace(corrected, found=dataclasses.replace(corrected.found, theta=theta))
+    assert odd.surprises == [(odd.paths[1], pytest.approx(-5))]
+    assert f"{odd.paths[1]} went -5.0 standard deviations from what was known before" in list(tables(odd))
+    assert not corrected.surprises
+
+
+def test_the_fit_of_another_measurement_is_refused() -> None:
+    functions, _ = measured()
+    own = fitted(functions)
+    wrong = own._replace(modes=own.modes._replace(frequency=own.modes.frequency / 3))
+    with pytest.raises(InputError, match="more than an octave away; give the fit of this measurement"):
+        update(machine(), SETUP, functions, FREE, fit=wrong)
+    with pytest.raises(InputError, match="the fit has no mode between 60 and"):
+        own.among(functions.between(60, 70), 1.0)
+    low = own.among(functions.between(60, float(own.modes.frequency[2])), 1.0)
+    assert len(low.modes.frequency) == 2  # the third lies between two lines
+
+
+def test_a_point_that_was_not_measured_is_told() -> None:
+    functions, _ = measured()
+    setup = dataclasses.replace(SETUP, points={**SETUP.points, "33": Spot(), "34": Spot(at=(0.0, 0.0, 0.0), mass=0.1)})
+    at = placed(machine(), setup, functions)
+    assert at.idle == ("33",)
+    assert next(idle(at)) == "points.33 of the set-up: no function has this point; did you mean '3'?"
 
 
 @pytest.mark.peer("CalculiX", program="ccx")

@@ -163,8 +163,8 @@ def check_measured(functions: Functions) -> None:
 
 def _modes(at: Placed, functions: Functions, fit: FittedModes, loss_factor: float) -> ModesBeside:
     """Fitted modes and those of the machine at the channels which fit and functions have in common."""
-    own = fit.among(tuple(dict.fromkeys(functions.responses)), float(at.machine.characteristic_length))
-    found = modes_of(at, at.machine, loss_factor, float(fit.modes.frequency.max()), own.channels)
+    own = fit.among(functions, float(at.machine.characteristic_length))
+    found = modes_of(at, at.machine, loss_factor, float(own.modes.frequency.max()), own.channels)
     return ModesBeside(own.channels, own.modes, found.as_set)
 
 

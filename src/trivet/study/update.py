@@ -34,6 +34,13 @@ from trivet.vibration.damping import check_loss_factor
 
 DIGITS = 1e-2
 """Numbers are written to so much of their standard deviation."""
+OCTAVE = 2.0
+CORRECTED = "-corrected"
+"""How the name of a corrected machine ends."""
+UNEXPLAINED = 0.3
+"""Scatter of ln|H| from which the model does not explain what was measured."""
+SURPRISING = 3.0
+"""Standard deviations of what was known beforehand beyond which a number surprises."""
 LEAST_LINES = 10
 """Frequencies of a range at the least."""
 
@@ -116,6 +123,18 @@ class Update:
         """That of the analysis, corrected where it was free."""
         return self.problem.at(self.found.theta)[1]
 
+    @property
+    def is_explained(self) -> bool:
+        """Whether the corrected model answers as was measured, but for a scatter that a model of beams has."""
+        return self.found.spread <= UNEXPLAINED
+
+    @cached_property
+    def surprises(self) -> list[tuple[str, float]]:
+        """Numbers that went farther than was thought possible beforehand: standard deviations, with their sign."""
+        free = self.problem.free
+        ways = (self.found.theta - free.theta(free.start)) / free.spread
+        return [(path, float(way)) for path, way in zip(free.paths, ways, strict=True) if abs(way) > SURPRISING]
+
     @cached_property
     def modes(self) -> tuple[ModelModes, ModelModes] | None:
         """Those of the measured poles, before and after; None where no poles were given."""
@@ -170,11 +189,24 @@ def update(
     where = placed(chosen, setup, inside)
     known = parameters(chosen, free, loss_factor)
     length = float(chosen.characteristic_length)
-    poles = None if fit is None else fit.among(tuple(dict.fromkeys(seen.responses)), length)
+    poles = None if fit is None else fit.among(seen, length)
     problem = Problem(where, seen, known, poles, loss_factor, Receptances.of(where, seen))
+    if poles is not None:
+        _check_poles(problem, poles)
     found = updated(problem, progress)
     others = None if held is None else _compared(problem, found, where, held)
     return Update(problem, found, _compared(problem, found, where, seen), others)
+
+
+def _check_poles(problem: Problem, poles: FittedModes) -> None:
+    """Refuse poles that no mode of the machine is near: they are those of another test, or the numbers are far off."""
+    found = modes_of(problem.placed, problem.machine, problem.loss_factor, float(poles.modes.frequency.max()), poles.channels)
+    for measured, own in zip(poles.modes.frequency, found.frequency[alike.assigned(poles.modes, found.as_set)[1]], strict=True):
+        if not 1 / OCTAVE < own / measured < OCTAVE:
+            raise InputError(
+                f"fit: the pole at {measured:.5g} Hz would be the machine's mode at {own:.5g} Hz, more than an octave away; "
+                "give the fit of this measurement, or first set numbers of the machine (--set) nearer to the truth"
+            )
 
 
 def _inside(functions: Functions, low: float | None, high: float | None) -> Functions:
@@ -232,6 +264,7 @@ def _with_history(result: Update) -> Machine:
     line = f"Corrected on {today} by {source}: {', '.join(free.paths)}{told_loss}."
     about = dataclasses.replace(
         machine.about,
+        name=machine.name if machine.name.endswith(CORRECTED) else machine.name + CORRECTED,
         description=f"{machine.about.description} {line}".strip(),
         notes=tuple(sorted(notes.values(), key=lambda note: note.path)),
         published=(),

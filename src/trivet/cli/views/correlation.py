@@ -9,15 +9,18 @@ from typing import Any
 import numpy as np
 
 from trivet.cli.views.layout import more, table, where
-from trivet.cli.views.likeness import criteria, means
+from trivet.cli.views.likeness import criteria, idle, means
 from trivet.cli.views.si import channel_keys, finite, functions_json, pose_keys
 from trivet.kinematics.mode import mode_text
+from trivet.measure.correlation import mean
 from trivet.measure.machine.setup import Placed, Site
 from trivet.space.pose import zyz_angles
 from trivet.study.correlate import Correlation, ModesBeside, ShownCorrelation, distances
 
 ROWS = 40
 """Rows of a table, at most."""
+FAR_OFF = 0.3
+"""Mean FRAC below which resonances do not coincide."""
 NEAR = 1e-9
 """m, within which a point was measured where it lies."""
 
@@ -27,7 +30,13 @@ def tables(shown: ShownCorrelation) -> Iterator[Any]:
     result = shown.whole
     yield _setting(result)
     yield _points(result.placed)
+    yield from idle(result.placed)
     yield _functions(result)
+    if mean(result.frac) < FAR_OFF:
+        yield (
+            "machine and measurement are far apart: resonances do not coincide; fit modes (trivet measure fit), compare them "
+            "(--fit), and correct numbers of the machine (trivet measure update)"
+        )
     yield _signatures(result)
     if result.modes is not None:
         yield _modes(result.modes)
@@ -118,6 +127,7 @@ def as_json(shown: ShownCorrelation) -> dict[str, Any]:
         **pose_keys(at.centre.tolist(), _angles(at)),
         "source": result.measured.source,
         "loss_factor": result.loss_factor,
+        "idle_points": list(result.placed.idle),
         "points": [_point(site) for site in at.sites.values()],
         "functions": [
             one | {"frac": finite(result.frac[k]), "faac": finite(result.faac[k])}

@@ -1,13 +1,15 @@
-"""Criteria of likeness as people read them."""
+"""What is told of measured responses beside a machine, whether it is corrected or not."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from trivet.errors import nearest
 from trivet.measure.correlation import mean
+from trivet.measure.machine.setup import Placed
 
 
 def criterion(value: float) -> str:
@@ -23,3 +25,9 @@ def criteria(values: Sequence[np.ndarray], number: int) -> list[str]:
 def means(values: Sequence[np.ndarray]) -> list[str]:
     """Each in the mean."""
     return [criterion(mean(own)) for own in values]
+
+
+def idle(at: Placed) -> Iterator[str]:
+    """Points of the set-up that were not measured: a name may be misspelt."""
+    for point in at.idle:
+        yield f"points.{point} of the set-up: no function has this point{nearest(point, at.sites)}"

@@ -7,16 +7,15 @@ from collections.abc import Iterator
 from typing import Any
 
 from trivet.cli.views.layout import more, table
-from trivet.cli.views.likeness import criteria, means
+from trivet.cli.views.likeness import criteria, idle, means
 from trivet.cli.views.si import finite, functions_json
 from trivet.measure.correction.identifiability import Direction, NextPoint
+from trivet.measure.machine.parameters import LOSS_FACTOR
 from trivet.model.quantity import Quantity
 from trivet.study.update import Compared, Update
 
 ROWS = 12
 """Rows of a table of functions or places, at most."""
-UNEXPLAINED = 0.3
-"""Scatter of ln|H| beyond which standard deviations are those of a model that is not the machine."""
 SHARE = 0.2
 """Share in a combination of numbers below which one is not named."""
 
@@ -24,10 +23,10 @@ SHARE = 0.2
 def tables(result: Update, further: bool = False) -> Iterator[Any]:
     """The numbers before and after, what the measurements tell of them, how alike responses and modes are before and after."""
     yield _setting(result)
-    yield _numbers(result)
-    yield _told(result)
-    if result.found.spread > UNEXPLAINED:
+    if not result.is_explained:
         yield unexplained(result.found.spread)
+    yield _numbers(result)
+    yield from _notes(result)
     yield _functions("functions that were fitted", result.fitted)
     if result.held is not None:
         yield _functions("functions that were held back", result.held)
@@ -39,7 +38,10 @@ def tables(result: Update, further: bool = False) -> Iterator[Any]:
 
 def _setting(result: Update) -> str:
     found, seen = result.found, result.fitted.measured
-    apart = f"residuals of ln|H| scatter by {found.spread:.3f} and are alike over {found.alike:.1f} lines"
+    apart = (
+        f"residuals of ln|H| scatter by {found.spread:.3f} and are alike over {found.lines_alike:.1f} lines "
+        f"and {found.functions_alike:.1f} functions"
+    )
     return (
         f"{result.problem.machine.name}, {seen.source or 'measured responses'}: {len(seen)} functions at "
         f"{len(seen.frequency)} frequencies, {seen.frequency[0]:g} to {seen.frequency[-1]:g} Hz\n"
@@ -49,7 +51,9 @@ def _setting(result: Update) -> str:
 
 def _numbers(result: Update) -> Any:
     free = result.problem.free
-    found = table("numbers", "", "before", "after", "±", "known before ±", "told by the measurements")
+    found = table(
+        "numbers; ± where all others are exact", "", "before", "after", "±", "known before ±", "told by the measurements"
+    )
     for k, path in enumerate(free.paths):
         shrunk = result.told.deviation[k] / free.spread[k]
         before = free.scale(free.start)[k] * free.spread[k]
@@ -68,14 +72,22 @@ def in_unit(kind: Quantity, value: float, digits: int = 6) -> str:
     return f"{value / factor:.{digits}g} {kind.written}".strip()
 
 
-def _told(result: Update) -> str:
+def _notes(result: Update) -> Iterator[str]:
+    """What should be known of the numbers."""
     paths, told = result.paths, result.told
     lines = [
         f"{paths[a]} and {paths[b]} cannot be told apart by these measurements (correlation {c:+.3f})"
         for a, b, c in told.inseparable
     ]
     lines += [f"not told, and left as it was known before: {combination(result, d)}" for d in told.directions if not d.is_told]
-    return "\n".join(lines) if lines else "every number is told by the measurements, and each apart from the others"
+    lines += [f"{path} went {way:+.1f} standard deviations from what was known before" for path, way in result.surprises]
+    if not lines and result.is_explained:
+        lines = ["every number is told by the measurements, and each apart from the others"]
+    if LOSS_FACTOR in paths:
+        lines.append(
+            f"machine files hold no loss factor of the analysis: give other commands --loss-factor {result.loss_factor:.4g}"
+        )
+    yield from (*lines, *idle(result.problem.placed))
 
 
 def unexplained(spread: float) -> str:
@@ -153,9 +165,13 @@ def as_json(result: Update, further: bool = False) -> dict[str, Any]:
             {"shares": d.shares.tolist(), "information": d.information, "is_told": d.is_told} for d in told.directions
         ],
         "scatter_of_ln_magnitude": found.spread,
-        "lines_alike": found.alike,
+        "lines_alike": found.lines_alike,
+        "functions_alike": found.functions_alike,
         "steps": found.steps,
         "loss_factor": result.loss_factor,
+        "explains_measurement": result.is_explained,
+        "surprises": [{"path": path, "standard_deviations": way} for path, way in result.surprises],
+        "idle_points": list(result.problem.placed.idle),
         "fitted": _compared(result.fitted),
         "held_back": None if result.held is None else _compared(result.held),
         "poles": _poles(result),

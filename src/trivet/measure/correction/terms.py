@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import lru_cache
 from typing import NamedTuple
@@ -26,7 +27,7 @@ FLOOR = 1e-3
 """Responses below so much of the greatest of their kind at the same frequency count as this: what is nought in a machine by its
 symmetry is small in a real one, and the logarithm of nought says nothing."""
 HUBER = 1.5
-"""Residuals beyond so many s count by their size, not by their square."""
+"""Residuals beyond so many times their spread count by their size, not by their square."""
 KEPT = 8
 """Thetas whose residuals are kept: a search asks for slopes where it had residuals, and ends some trials after its best."""
 
@@ -98,13 +99,14 @@ def of_poles(problem: Problem, poles: FittedModes) -> Term:
     return kept(residuals)
 
 
-def scaled(apart: Term, scale: float) -> Term:
-    """Residuals over s, far ones counting less."""
+def scaled(apart: Term, spread: float, alike: float) -> Term:
+    """Residuals over s, which is their spread times the root of the number that are alike; far ones count less."""
+    root = math.sqrt(alike)
 
     def residuals(theta: np.ndarray) -> Residuals:
         found = apart(theta)
-        values, growth = huber(found.values / scale)
-        return Residuals(values, (growth / scale)[:, None] * found.slopes)
+        values, growth = huber(found.values / spread)
+        return Residuals(values / root, (growth / (spread * root))[:, None] * found.slopes)
 
     return residuals
 

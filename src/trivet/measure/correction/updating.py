@@ -7,8 +7,9 @@ Wanted is the theta (`measure.machine.parameters`) at which the sum of squares o
     (theta - theta beforehand) / spread
 
 is least: the most probable theta where all are normal.  What s is, the residuals say.  A machine and its model differ by more
-than noise, and their difference at one frequency is that at the next, so s contains the root of the number of lines over which
-residuals are alike; else a measurement would count for more the finer its lines are.  Far residuals (zeros of the response,
+than noise; their difference at one frequency is that at the next, and in one function that in others.  So s contains the root
+of the number of lines, and of functions, over which residuals are alike; else a measurement would count for more the finer its
+lines and the more its sensors are.  Far residuals (zeros of the response,
 which move with anything) count less (Huber, Annals of Mathematical Statistics 35:73, 1964).
 
 The poles go first and bring resonances together; log|H| alone has minima where one resonance meets another.
@@ -58,10 +59,17 @@ class Updated:
     """(p, p) of the measurements alone: J^T J."""
     spread: float
     """s without what residuals that are alike add: standard deviation of ln|H_measured| - ln|H|."""
-    alike: float
+    lines_alike: float
     """Lines over which residuals are alike."""
+    functions_alike: float
+    """Functions in which they are."""
     steps: int
     """Of the search: thetas at which residuals and slopes were worked out after the first."""
+
+    @property
+    def alike(self) -> float:
+        """Residuals that count as one."""
+        return self.lines_alike * self.functions_alike
 
     def covariance(self, free: Parameters) -> np.ndarray:
         """(p, p) of theta, with what was known beforehand."""
@@ -111,16 +119,17 @@ def updated(problem: Problem, progress: Callable[[int], None] = lambda count: No
     theta = problem.free.theta(problem.free.start)
     if poles:
         theta = search.least(poles, theta)
-    scale = FIRST_SPREAD
+    spread, lines, functions = FIRST_SPREAD, 1.0, 1.0
     for _ in range(ROUNDS):
-        theta = search.least((scaled(apart, scale), *poles), theta)
+        last = spread * math.sqrt(lines * functions)
+        theta = search.least((scaled(apart, spread, lines * functions), *poles), theta)
         shown = np.where(is_seen(problem.functions), apart(theta).values.reshape(len(problem.functions), -1), np.nan)
-        spread, alike = max(LEAST_SPREAD, robust_spread(shown)), alike_over(shown)
-        last, scale = scale, spread * math.sqrt(alike)
-        if abs(scale / last - 1) < SETTLED:
+        spread, lines = max(LEAST_SPREAD, robust_spread(shown)), lines_alike(shown)
+        functions = functions_alike(shown, lines)
+        if abs(spread * math.sqrt(lines * functions) / last - 1) < SETTLED:
             break
-    slopes = joined((scaled(apart, scale), *poles), theta).slopes
-    return Updated(theta, slopes.T @ slopes, spread, alike, search.steps)
+    slopes = joined((scaled(apart, spread, lines * functions), *poles), theta).slopes
+    return Updated(theta, slopes.T @ slopes, spread, lines, functions, search.steps)
 
 
 def robust_spread(apart: np.ndarray) -> float:
@@ -128,12 +137,33 @@ def robust_spread(apart: np.ndarray) -> float:
     return float(np.nanmedian(np.abs(apart)) / 0.6744897501960817)
 
 
-def alike_over(apart: np.ndarray) -> float:
+def _clipped(apart: np.ndarray) -> np.ndarray:
+    """Residuals (q, n), far ones at the limit, unknown ones nought."""
+    limit = HUBER * robust_spread(apart)
+    found: np.ndarray = np.nan_to_num(np.clip(apart, -limit, limit))
+    return found
+
+
+def functions_alike(apart: np.ndarray, lines: float) -> float:
+    """Functions in which residuals (q, n) are alike, some lines being so: the mean square of the eigenvalues of their matrix of
+    correlations, which is 1 where all are independent and q where they are the same, less what chance puts there (Bretherton et
+    al., Journal of Climate 12:1990, 1999)."""
+    own = _clipped(apart)
+    size = np.linalg.norm(own, axis=1)
+    own = own[size > 0] / size[size > 0, None]
+    squares, count, independent = (own @ own.T) ** 2, len(own), max(1.0, apart.shape[1] / lines)
+    if count < 2 or independent < 2:
+        return float(max(1, count))
+    chance = 1 / independent
+    excess = max(0.0, float(squares.sum()) - count - count * (count - 1) * chance) / (1 - chance)
+    return 1 + excess / count
+
+
+def lines_alike(apart: np.ndarray) -> float:
     """Lines over which residuals (q, n) are alike, NaN apart: 1 + 2 times the sum of their autocorrelations, as long as these
     fall and are above zero (Geyer, Statistical Science 7:473, 1992)."""
     n = apart.shape[1]
-    clipped = np.nan_to_num(np.clip(apart, *(HUBER * robust_spread(apart) * np.array([-1, 1]))))
-    transform = np.fft.rfft(clipped, 2 * n, axis=1)
+    transform = np.fft.rfft(_clipped(apart), 2 * n, axis=1)
     power = np.fft.irfft(np.abs(transform) ** 2, axis=1)[:, :n].sum(axis=0)
     if not power[0] > 0:
         return 1.0

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
 
-from trivet.errors import InputError, NoResultError, nearest
+from trivet.errors import InputError, NoResultError
 from trivet.kinematics.mode import parse_mode
 from trivet.kinematics.report import joint_state_once, shortfall
 from trivet.measure.functions import Channel, Functions
@@ -135,6 +135,8 @@ class Placed:
     turn: np.ndarray
     """(3, 3): directions from the axes of the measurement into {O}."""
     sites: Mapping[str, Site]
+    idle: tuple[str, ...] = ()
+    """Points of the set-up that no function has, and where no sensor stays."""
 
     @property
     def is_on_platform(self) -> bool:
@@ -195,7 +197,6 @@ def placed(machine: Machine, setup: Setup, functions: Functions) -> Placed:
         if spot is None:
             raise InputError(
                 f'point {point}: the set-up does not say where it is; add [points.{point}], or others = "platform"'
-                f"{nearest(point, setup.points)}"
             )
         measured = None if point not in functions.points else origin + turn @ np.array(functions.points[point])
         if spot.on == ON_PLATFORM:
@@ -204,7 +205,8 @@ def placed(machine: Machine, setup: Setup, functions: Functions) -> Placed:
             structure = assemble(machine, frame, signs) if structure is None else structure
             at = _on_chain(point, spot, machine, frame, structure)
         sites[point] = Site(point, spot.on, at, measured, float(spot.mass))
-    return Placed(machine, setup.pose, signs, frame, turn, sites)
+    idle = tuple(point for point in setup.points if point not in sites)
+    return Placed(machine, setup.pose, signs, frame, turn, sites, idle)
 
 
 def _on_platform(point: str, spot: Spot, measured: np.ndarray | None, frame: Frame) -> np.ndarray:

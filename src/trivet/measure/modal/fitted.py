@@ -13,7 +13,7 @@ from trivet.measure.channels import written
 from trivet.measure.checking import check_size
 from trivet.measure.correlation import ModeSet
 from trivet.measure.files.labelled_file import opened
-from trivet.measure.functions import Channel
+from trivet.measure.functions import Channel, Functions
 
 KIND = "trivet modal fit"
 MOST_MODES = 1000
@@ -29,17 +29,23 @@ class FittedModes(NamedTuple):
     modes: ModeSet
     """With shapes (o, m) in displacement: m, and rad where channels turn."""
 
-    def among(self, channels: Sequence[Channel], length: float) -> FittedModes:
-        """By frequency, at those of some channels which the fit has; where they turn in m, times a length.
+    def among(self, functions: Functions, length: float) -> FittedModes:
+        """Those within the frequencies of some functions, at those of their channels which the fit has; where these turn in m,
+        times a length.
 
         Raises:
             InputError: where the fit has none of them.
         """
+        channels = tuple(dict.fromkeys(functions.responses))
         own = tuple(channel for channel in channels if channel in self.channels)
         if not own:
             known = ", ".join(str(channel) for channel in channels[:5])
             raise InputError(f"the fit has none of the channels of the functions ({known}, …); fit these functions")
+        low, high = functions.frequency[0], functions.frequency[-1]
         order = np.argsort(self.modes.frequency)
+        order = order[(self.modes.frequency[order] >= low) & (self.modes.frequency[order] <= high)]
+        if not len(order):
+            raise InputError(f"the fit has no mode between {low:g} and {high:g} Hz; fit these functions")
         rows = [self.channels.index(channel) for channel in own]
         shapes = units(own, length) * self.modes.shapes[rows][:, order]
         return FittedModes(own, ModeSet(self.modes.frequency[order], self.modes.damping[order], shapes))
