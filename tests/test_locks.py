@@ -20,6 +20,7 @@ from trivet.errors import InputError, NoResultError
 from trivet.kinematics.freedoms import ChainScrews, Sampled
 from trivet.kinematics.held import Held, ways
 from trivet.kinematics.inverse import inverse
+from trivet.kinematics.jacobian import homogenised_inverse
 from trivet.kinematics.singularity import condition
 from trivet.kinematics.travel import margin
 from trivet.model.elements import Drivable
@@ -30,7 +31,8 @@ from trivet.statics.objective import objective
 from trivet.statics.structure import structural_stiffness
 from trivet.study import lock_search
 from trivet.study.epigraph import Epigraph
-from trivet.study.lock_advice import LocksAdvised, Search, advise_locks
+from trivet.study.lock_advice import LocksAdvised, advise_locks
+from trivet.study.lock_best import Search
 from trivet.study.lock_grid import Table, starts, table
 from trivet.study.lock_measures import Goal, Stiffness, measure
 from trivet.study.lock_search import polished, with_best_rolls
@@ -208,7 +210,9 @@ def test_a_singular_pose_does_not_decide() -> None:
     for order in (chains, chains[::-1]):
         sampled = Sampled(free(), (pose, pose), tuple(order))
         assert sampled.freedoms([(), ()]) == (6, (0, 0))
-        assert sampled.screws[sampled.generic([(), ()])] is chains[1]
+        assert sampled.screws[sampled.generic(0, ())] is chains[1]
+        alone = sampled.freedoms([(), ()], first_alone=True)
+        assert alone == ((6, (0, 0)) if order[0] is chains[1] else (5, (1, 1)))
 
 
 @pytest.mark.parametrize("chains", [("leg-1",), ("leg-1", "leg-2")])
@@ -294,6 +298,7 @@ def test_pieces_together_are_the_locked_machine() -> None:
         "K_zz": structural_stiffness(locked, pose, signs)[2, 2],
         "sigma_min": float(near.sigma_min),
         "travel": min(margins),
+        "1/rate": 1 / np.linalg.norm(np.asarray(homogenised_inverse(locked, pose, signs)), axis=1).max(),
     }
     for name, wanted in expected.items():
         found, own = looked(measure(free(), Goal(name)), chosen, values[None], poses.frames, poses.rolls)
@@ -320,7 +325,7 @@ def test_a_drive_at_work_yields_as_one_that_is_locked() -> None:
     assert 1 / size.max() >= found[0, 0] * (1 - 1e-9)
 
 
-@pytest.mark.parametrize("name", ["K_zz", "D_zz", "sigma_min", "travel"])
+@pytest.mark.parametrize("name", ["K_zz", "D_zz", "sigma_min", "travel", "1/rate"])
 def test_slopes_by_differences(name: str) -> None:
     chosen, values = held_at(*MIXED)
     asked, poses = measure(free(), Goal(name, 50.0, 300.0)), task()
@@ -370,8 +375,11 @@ def test_brute_force_finds_nothing_better(name: str) -> None:
         assert advice.worst is not None
         worst = [[*advice.worst.position, *advice.worst.angles]]
         assert least_of(found, chosen, [advice.holding.values], worst) == pytest.approx([advice.value], rel=1e-9)
-    values = [advice.value for advice in found.reached]
+    greatest = max(advice.value for advice in found.reached)
+    values = [advice.value for advice in found.reached[len(found.equal) :]]
     assert values == sorted(values, reverse=True)
+    assert all(advice.value >= greatest * (1 - 1e-3) for advice in found.equal)
+    assert all(value < greatest * (1 - 1e-3) for value in values)
 
 
 @pytest.mark.parametrize("name", ["K_zz", "travel"])
@@ -429,7 +437,10 @@ def test_a_pose_between_that_is_worse_joins_the_search() -> None:
     locked = search.machine.with_locks({"leg-1.guide": 0.2, "leg-2.guide": 0.02, "leg-3.guide": -0.03})
     alone = Search(search.machine, search.asked, task_of([_rows(to_and_fro(), np.array([1.0]))[0]]), None)
     sets = lock_sets(search.machine)
-    assert search.as_is(locked, sets) < alone.as_is(locked, sets) * (1 - 1e-6)
+    both_ways, there = search.as_is(locked, sets), alone.as_is(locked, sets)
+    assert both_ways is not None
+    assert there is not None
+    assert both_ways.value < there.value * (1 - 1e-6)
 
 
 def test_the_search_begins_at_places_that_are_apart() -> None:

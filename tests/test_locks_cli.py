@@ -98,7 +98,7 @@ def test_advice_as_json_figures_and_data(trivet: Any, results: list[Any], files:
         assert data["roll"].values[[0, -1]] == pytest.approx([0.3, -0.3])
     assert Path(picture).read_bytes()[:4] == b"\x89PNG"
     assert "which drives to lock" in Path(page).read_text(encoding="utf-8")
-    shown = drawn.bars(own)
+    shown = drawn.points(own)
     assert shown.names == ["leg-1.guide"]
     assert shown.least[0] == pytest.approx(own.best.value / 1e6)
     assert shown.least[0] <= shown.most[0]

@@ -69,42 +69,50 @@ class Sampled:
     """A machine's joint screws at a few poses; the first is home where its chains close there."""
 
     machine: Machine
+    """Its drives free."""
     poses: tuple[Frame, ...]
     screws: tuple[tuple[ChainScrews, ...], ...]
     """Per pose and chain."""
+    is_home: bool = True
+    """Whether the first pose is home."""
 
     @classmethod
     def of(cls, machine: Machine) -> Sampled:
-        """At home and beside it; the machine's locks are what they are.
+        """At home, where drives that the machine locks stand at their locks, and beside it.
 
         Raises:
             NoResultError: the chains close at none of the poses.
         """
         random = np.random.default_rng(0)
-        home, length = machine.home, float(machine.characteristic_length)
+        home, length, free = machine.home, float(machine.characteristic_length), machine.with_free_drives()
         poses, found = [], []
-        reason, still = "", np.zeros(6)
+        reason, still, is_home = "", np.zeros(6), False
         for aside in [still, *random.uniform(-1, 1, (SAMPLES, 6))]:
             place = np.array(home.position, dtype=float) + ASIDE * length * aside[:3]
             angles = np.array([home.azimuth, home.tilt, home.roll]) + TURNED * aside[3:]
             pose = zyz_frame(tuple(float(c) for c in place), *(float(a) for a in angles))
             try:
-                found.append(tuple(_screws(leg, pose, length, None if aside is still else random) for leg in machine.legs))
+                if aside is still:
+                    found.append(tuple(_at_home(*legs, pose, length) for legs in zip(machine.legs, free.legs, strict=True)))
+                    is_home = True
+                else:
+                    found.append(tuple(_screws(leg, _moved(leg, pose, length, random), pose, length) for leg in free.legs))
                 poses.append(pose)
             except NoResultError as error:
                 reason = str(error)
         if not found:
             raise NoResultError(f"{machine.name}: its freedoms are not known, for it closes at no pose near home: {reason}")
-        return cls(machine, tuple(poses), tuple(found))
+        return cls(free, tuple(poses), tuple(found), is_home)
 
     @property
     def chains(self) -> tuple[ChainScrews, ...]:
         """The chains at the first pose."""
         return self.screws[0]
 
-    def freedoms(self, held: Sequence[Collection[str]]) -> Freedoms:
-        """What moves when joints are held, by their names, chain by chain."""
-        per_pose = [[own.free(names) for own, names in zip(chains, held, strict=True)] for chains in self.screws]
+    def freedoms(self, held: Sequence[Collection[str]], first_alone: bool = False) -> Freedoms:
+        """What moves when joints are held, by their names, chain by chain: the generic numbers, or those of the first pose."""
+        screws = self.screws[:1] if first_alone else self.screws
+        per_pose = [[own.free(names) for own, names in zip(chains, held, strict=True)] for chains in screws]
         ranks = np.array([[ranked(columns) for columns in chains] for chains in per_pose])
         together = [ranked(np.hstack([wrenches(columns) for columns in chains])) for chains in per_pose]
         counts = np.array([columns.shape[1] for columns in per_pose[0]])
@@ -112,10 +120,9 @@ class Sampled:
         whole = 6 + counts.sum() - (ranks.sum(axis=1) + together).max()
         return Freedoms(int(whole - loose.sum()), tuple(loose.tolist()))
 
-    def generic(self, held: Sequence[Collection[str]]) -> int:
-        """Number of the first pose at which every chain has its generic rank."""
-        ranks = [[ranked(own.free(names)) for own, names in zip(chains, held, strict=True)] for chains in self.screws]
-        return int(np.argmax(np.sum(ranks, axis=1)))
+    def generic(self, number: int, held: Collection[str]) -> int:
+        """Number of the first pose at which a chain with joints held has its generic rank."""
+        return int(np.argmax([ranked(chains[number].free(held)) for chains in self.screws]))
 
 
 def ranked(columns: Array) -> int:
@@ -141,12 +148,23 @@ def _jittered(leg: Leg, closed: Closure, length: float, random: np.random.Genera
     return moved
 
 
-def _screws(leg: Leg, pose: Frame, length: float, random: np.random.Generator | None) -> ChainScrews:
+def _at_home(locked: Leg, free: Leg, pose: Frame, length: float) -> ChainScrews:
+    """Drives at their locks where the chain closes with them."""
+    try:
+        return _screws(free, close_chain(locked, pose), pose, length)
+    except NoResultError:
+        return _screws(free, close_chain(free, pose), pose, length)
+
+
+def _moved(leg: Leg, pose: Frame, length: float, random: np.random.Generator) -> Closure:
     """With drives, where they are more than the pose decides, moved at random: the middle of a travel is seldom generic."""
     closed = close_chain(leg, pose)
-    if random is not None:
-        with suppress(NoResultError):
-            closed = close_chain(leg, pose, closed.numbers | _jittered(leg, closed, length, random))
+    with suppress(NoResultError):
+        closed = close_chain(leg, pose, closed.numbers | _jittered(leg, closed, length, random))
+    return closed
+
+
+def _screws(leg: Leg, closed: Closure, pose: Frame, length: float) -> ChainScrews:
     names, drives, columns = [], [], []
     for element, frame, coordinate in walk_from(leg.base_frame(), leg.chain.elements, closed.coordinates):
         for twist in element.freedoms(frame, coordinate, pose.origin):

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trivet.errors import InputError
+from trivet.kinematics.drive_rates import MOST_RATE, ease, rate_margin
 from trivet.kinematics.inverse import branches, inverse
 from trivet.kinematics.travel import gauges, margin
 from trivet.kinematics.walk import Posture
@@ -33,6 +34,8 @@ from trivet.space.scalar import Scalar, cosine, sine
 Array = NDArray[Any]
 Piece = Callable[[Leg, Posture, Frame, Scalar, Stock, Scalar], Any]
 """What is made of one chain at one pose: leg, posture, pose, signs, stock and a length (m)."""
+FAINT = 1e-6
+"""Part of a drive's speed, left to the platform, that is rounding."""
 FEW = 64
 """Rows that are done in one call, filled up to so many."""
 
@@ -58,9 +61,10 @@ class Held:
         return tuple(f"{self.leg.name}.{joint}" for joint in self.joints)
 
     def rows(self, piece: Piece, values: Array, frames: Frame, rolls: Array) -> tuple[Any, Array]:
-        """What a piece makes of coordinates (m, s) and poses (m,) turned by rolls (m,), and the least travel margin (m,).
+        """What a piece makes of coordinates (m, s) and poses (m,) turned by rolls (m,), and the least margin (m,).
 
-        The margin is `travel.margin`: all limited joints of the chain count, those held too.
+        The margin is the lesser of `travel.margin`, for which all limited joints of the chain count, those held too, and of
+        `drive_rates.rate_margin`.
         """
         kernel = partial(_rows, piece, *self._fixed)
         found: tuple[Any, Array] = over_rows(lambda case: kernel(*case), (tuple(values.T), frames, rolls))
@@ -92,6 +96,12 @@ class Held:
         limited = (e.name for e, limits in zip(self.leg.chain.elements, self.leg.limits, strict=True) if limits is not None)
         return {f"{self.leg.name}.{name}": found[:, k] for k, name in enumerate(limited)}
 
+    def rates(self, values: Array, frames: Frame, rolls: Array) -> Array:
+        """Greatest rates (m,) of the drives of the chain, see `drive_rates`."""
+        found, _ = self.rows(ease_piece, values, frames, rolls)
+        with np.errstate(divide="ignore"):
+            return np.asarray(1 / found)
+
     def miss(self, values: Sequence[float] | Array, frame: Frame) -> str:
         """Why a pose (of floats) is not reached with the drives held at coordinates; empty where it is."""
         leg = _moved(self.leg, tuple(float(v) for v in values))
@@ -103,7 +113,7 @@ class Held:
             return f"{leg.name} cannot close (off by {missing:.3g} mm)"
         worst = min(gauges(leg, posture, frame), key=lambda gauge: float(gauge.margin), default=None)
         if worst is None or float(worst.margin) >= 0:
-            return ""
+            return self._too_fast(posture, frame, leg)
         unit, scale = (
             ("mm", 1e3) if isinstance(worst.joint, Drivable) and not worst.joint.is_angular else ("deg", 180 / math.pi)
         )
@@ -112,6 +122,13 @@ class Held:
         limit = low if below != (worst.scale == "cosine") else high
         relation = "below" if value < limit else "above"
         return f"{leg.name}.{worst.joint.name} at {value:.4g} {unit} is {relation} its limit of {limit:.4g} {unit}"
+
+    def _too_fast(self, posture: Posture, frame: Frame, leg: Leg) -> str:
+        own = float(ease(leg, posture, frame, float(self.machine.characteristic_length)))
+        if own * MOST_RATE >= 1:
+            return ""
+        rate = f"{1 / own:.4g} times as fast as the platform" if own > FAINT else "without moving the platform"
+        return f"a drive of {leg.name} goes {rate}, near a Type 1 singularity; at most {MOST_RATE:g} times is allowed"
 
 
 def over_rows(kernel: Callable[[Any], Any], cases: Any) -> Any:
@@ -185,11 +202,17 @@ def margins_piece(leg: Leg, posture: Posture, pose: Frame, signs: Scalar, stock:
     return jnp.stack([jnp.asarray(gauge.margin, dtype=float) for gauge in gauges(leg, posture, pose)] or [jnp.ones(())])
 
 
+def ease_piece(leg: Leg, posture: Posture, pose: Frame, signs: Scalar, stock: Stock, scale: Scalar) -> Scalar:
+    """A `Piece`: one over the greatest rate of a drive."""
+    return jnp.asarray(ease(leg, posture, pose, scale), dtype=float)
+
+
 def _one(piece: Piece, leg: Leg, signs: Array, stock: Stock, scale: Scalar, case: Any) -> tuple[Any, Scalar]:
     values, frame, roll = case
     own, pose = _moved(leg, values), rolled(frame, Angle(cosine(roll), sine(roll)))
     posture = inverse(own, pose, signs)
-    return piece(own, posture, pose, signs, stock, scale), jnp.asarray(margin(own, posture, pose), dtype=float)
+    inside = jnp.minimum(margin(own, posture, pose), rate_margin(own, posture, pose, scale))
+    return piece(own, posture, pose, signs, stock, scale), jnp.asarray(inside, dtype=float)
 
 
 @partial(jax.jit, static_argnums=0)

@@ -1,4 +1,4 @@
-"""Advice on locks as bars, and all drives along a path as curves."""
+"""Advice on locks as points, and all drives along a path as curves."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from trivet.study.redundant import RedundantPath
 
 SERIES = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILLION)
 DASHES = {"solid": "-", "dash": "--", "dot": ":"}
-MOST_BARS = 30
+MOST_SETS = 30
 
 
-class Bars(NamedTuple):
+class Points(NamedTuple):
     """Lock sets that reach the task, the best first; values as shown."""
 
     names: list[str]
@@ -31,6 +31,8 @@ class Bars(NamedTuple):
     """The greatest over the task."""
     as_is: float
     """With the locks of the machine's file; NaN where there is none."""
+    words: list[str]
+    """What is gained over that, or over the best where there is none, and the greatest rate of a drive."""
 
 
 class Curve(NamedTuple):
@@ -51,7 +53,7 @@ def draw_locks(result: LocksAdvised | RedundantPath, path: str | os.PathLike[str
         if isinstance(result, RedundantPath):
             (_path_picture if suffix == ".png" else _path_page)(result, temporary)
         else:
-            (_bar_picture if suffix == ".png" else _bar_page)(result, temporary)
+            (_set_picture if suffix == ".png" else _set_page)(result, temporary)
 
 
 def title(result: LocksAdvised | RedundantPath) -> list[str]:
@@ -70,12 +72,14 @@ def scale(asked: Measure) -> tuple[float, str]:
     return 1.0, f"least {asked.name}" + (f", {asked.unit}" if asked.unit else "")
 
 
-def bars(result: LocksAdvised) -> Bars:
+def points(result: LocksAdvised) -> Points:
     """What is drawn of advice."""
     factor, _ = scale(result.measure)
-    shown = result.reached[:MOST_BARS]
+    shown = result.reached[:MOST_SETS]
     most = [factor * float(a.holding.least.max()) for a in shown if a.holding is not None]
-    return Bars([a.locks.name for a in shown], [factor * a.value for a in shown], most, factor * result.as_is)
+    beside = result.best.value if np.isnan(result.as_is) else result.as_is
+    words = [f"{100 * (a.value / beside - 1):+.2f} %, drive rate {a.rate:.3g}" for a in shown]
+    return Points([a.locks.name for a in shown], [factor * a.value for a in shown], most, factor * result.as_is, words)
 
 
 def value_curves(result: RedundantPath) -> list[Curve]:
@@ -121,20 +125,24 @@ def _style(axes: Any) -> None:
     axes.spines[["top", "right"]].set_visible(False)
 
 
-def _bar_picture(result: LocksAdvised, path: Path) -> None:
+def _set_picture(result: LocksAdvised, path: Path) -> None:
     figure = _figure(result)
-    axes = figure.add_axes((0.36, 0.08, 0.6, 0.78))
-    shown = bars(result)
+    axes = figure.add_axes((0.36, 0.08, 0.44, 0.78))
+    shown = points(result)
     at = np.arange(len(shown.names))
-    axes.barh(at, shown.least, color=BLUE, height=0.6, label="least over the task")
+    axes.plot(shown.least, at, "o", color=BLUE, markersize=9, label="least over the task")
+    for k, words in enumerate(shown.words):
+        axes.annotate(words, (1.01, k), xycoords=("axes fraction", "data"), va="center", fontsize=10)
     axes.plot(shown.most, at, "|", color=ORANGE, markersize=14, markeredgewidth=2, label="greatest over the task")
     if np.isfinite(shown.as_is):
         axes.axvline(shown.as_is, color=VERMILLION, linestyle="--", linewidth=1.4, label="as the file locks")
     axes.set_yticks(at, labels=shown.names, fontsize=10)
     axes.invert_yaxis()
+    axes.margins(x=0.1)
+    axes.ticklabel_format(axis="x", useOffset=False)
     axes.set_xlabel(scale(result.measure)[1], fontsize=12)
     _style(axes)
-    axes.legend(loc="lower right", bbox_to_anchor=(1.01, 1.005), ncols=3, fontsize=11, frameon=False)
+    axes.legend(loc="lower right", bbox_to_anchor=(1.4, 1.005), ncols=3, fontsize=11, frameon=False)
     figure.savefig(path, format="png")
 
 
@@ -153,12 +161,15 @@ def _path_picture(result: RedundantPath, path: Path) -> None:
     figure.savefig(path, format="png")
 
 
-def _bar_page(result: LocksAdvised, path: Path) -> None:
+def _set_page(result: LocksAdvised, path: Path) -> None:
     import plotly.graph_objects as go
 
-    shown = bars(result)
+    shown = points(result)
     page = go.Figure()
-    page.add_bar(x=shown.least, y=shown.names, orientation="h", marker_color=BLUE, name="least over the task")
+    page.add_scatter(
+        x=shown.least, y=shown.names, mode="markers", marker={"size": 10, "color": BLUE}, name="least over the task",
+        customdata=shown.words, hovertemplate="%{y}: %{x:.5g}, %{customdata}",
+    )  # fmt: skip
     marker = {"symbol": "line-ns", "size": 14, "line": {"width": 2, "color": ORANGE}}
     page.add_scatter(x=shown.most, y=shown.names, mode="markers", marker=marker, name="greatest over the task")
     if np.isfinite(shown.as_is):

@@ -36,6 +36,18 @@ def advice_dataset(result: LocksAdvised) -> xr.Dataset:
         "least": (("lock_set",), [a.value for a in result.advices], unit, f"least {asked.name} over the task"),
         "value": (("lock_set", "pose"), value, unit, f"{asked.name} at the poses of the task"),
         "chosen_roll": (("lock_set", "pose"), rolls, "rad", "gamma at which it is so"),
+        "drive_rate": (
+            ("lock_set",),
+            [a.rate for a in result.advices],
+            "1",
+            "greatest speed of a drive per speed of the platform",
+        ),
+        "travel_margin": (
+            ("lock_set",),
+            [a.margin for a in result.advices],
+            "1",
+            "least of any joint: 1 in the middle, 0 at an end",
+        ),
         "group": (("lock_set",), [a.locks.group for a in result.advices], "1", "alike by the machine's turns about z"),
         "working_mode": (("lock_set",), np.array([w[0] for w in words], dtype=object), "1", "signs per chain"),
         "reason": (("lock_set",), np.array([w[1] for w in words], dtype=object), "1", "why a lock set does not serve"),

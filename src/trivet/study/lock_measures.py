@@ -1,4 +1,4 @@
-"""What drives are locked for: stiffness, least dynamic stiffness, distance from singularities, travel.
+"""What drives are locked for: stiffness, least dynamic stiffness, distance from singularities of both kinds, travel.
 
 A measure is made of a piece per chain (`kinematics.held`), so that chains are worked out once for all lock sets, and of what
 the pieces are together.  Slopes come the same way: the pieces' slopes, pushed through what they are together.
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trivet.errors import InputError, nearest
-from trivet.kinematics.held import Piece, over_rows, standing_piece
+from trivet.kinematics.held import Piece, ease_piece, over_rows, standing_piece
 from trivet.kinematics.jacobian import arm_of, chain_rows
 from trivet.kinematics.travel import margin
 from trivet.kinematics.walk import Posture
@@ -40,15 +40,16 @@ Array = NDArray[Any]
 Pieces = Sequence[Any]
 """One tree per chain, its arrays (m, ...)."""
 
-SIGMA, TRAVEL, DYNAMIC = "sigma_min", "travel", "D_"
+SIGMA, TRAVEL, EASE, DYNAMIC = "sigma_min", "travel", "1/rate", "D_"
 
 
 class Goal(NamedTuple):
     """What is to be great at every pose."""
 
-    objective: str = "K_xx"
+    objective: str = "1/C_xx"
     """Of the stiffness ("K_xx", "1/C_zz", ...); "D_xx" (any entry of the receptance) for the least dynamic stiffness over
-    frequency; "sigma_min" for the least singular value of J_x; "travel" for the least margin of travel."""
+    frequency; "sigma_min" for the least singular value of J_x; "travel" for the least margin of travel; "1/rate" for one over
+    the greatest rate of a drive (`kinematics.drive_rates`)."""
     low: float = 5.0
     """Hz, of a dynamic stiffness."""
     high: float = 3000.0
@@ -111,6 +112,8 @@ def measure(machine: Machine, goal: Goal) -> Measure:
         return Singular()
     if name == TRAVEL:
         return Travel()
+    if name == EASE:
+        return Ease()
     if goal.is_dynamic:
         entry = Entries.named([directions(name.removeprefix(DYNAMIC))])
         check_loss_factor(goal.loss_factor)
@@ -120,11 +123,12 @@ def measure(machine: Machine, goal: Goal) -> Measure:
     try:
         return Stiffness(objective(name))
     except InputError:
-        known = nearest(name, (*NAMES, "D_xx", "D_yy", "D_zz", SIGMA, TRAVEL))
+        known = nearest(name, (*NAMES, "D_xx", "D_yy", "D_zz", SIGMA, TRAVEL, EASE))
         raise InputError(f"objective '{name}' is not known{known}") from None
 
 
-def _upper(leg: Leg, posture: Posture, pose: Frame, signs: Scalar, stock: Stock, scale: Scalar) -> Scalar:
+def upper_piece(leg: Leg, posture: Posture, pose: Frame, signs: Scalar, stock: Stock, scale: Scalar) -> Scalar:
+    """A `Piece`: the upper triangle of the chain's stiffness, 21 numbers."""
     return jnp.stack([jnp.asarray(c, dtype=float) for c in leg_stiffness(stock, leg, pose, signs).upper])
 
 
@@ -133,7 +137,7 @@ class Stiffness:
     """A scalar of the stiffness, that of all drives in it."""
 
     scalar: Objective
-    piece = staticmethod(_upper)
+    piece = staticmethod(upper_piece)
     rows = 200_000
     is_costly = False
     precision = 1e-10
@@ -231,6 +235,14 @@ class Travel:
 
     def slopes(self, pieces: Pieces, poses: Frame, pushed: Sequence[Pieces]) -> Array:
         return np.stack([np.stack(one, axis=1) for one in pushed], axis=-1)
+
+
+@dataclass(frozen=True)
+class Ease(Travel):
+    """One over the greatest rate of a drive, of every chain: 0 at a Type 1 singularity."""
+
+    name = EASE
+    piece = staticmethod(ease_piece)
 
 
 @dataclass(frozen=True)

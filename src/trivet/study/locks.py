@@ -39,6 +39,9 @@ class LockSet:
     """Chains that keep motions of their own which drives would move, and how many."""
     is_whole: bool
     """Whether the platform keeps six freedoms, each driven by one of the drives that are left."""
+    at_home: int | None
+    """Freedoms of the platform at the machine's home, with the drives where its file locks them: fewer where home is singular
+    for the set.  None where it does not close there."""
     verdict: str
     """What it leaves, or what is wrong with it, in words."""
     group: int
@@ -82,14 +85,15 @@ def lock_sets(machine: MachineLike) -> LockSets:
     """All sets of drives that can be locked for the surplus of a machine, and what each of them leaves.
 
     Args:
-        machine: machine, name or file, with more drives than its platform has freedoms; which of them its file locks does not
-            matter.
+        machine: machine, name or file, with more drives than its platform has freedoms; which of them its file locks matters
+            for what is told of home alone.
 
     Raises:
         InputError: for a machine without a drive to spare, without six freedoms, or with too many sets.
         NoResultError: the machine closes at no pose near home.
     """
-    free = choose(machine).with_free_drives()
+    chosen = choose(machine)
+    free = chosen.with_free_drives()
     drives = drives_of(free)
     spare = len(drives) - 6
     if spare < 1:
@@ -99,17 +103,17 @@ def lock_sets(machine: MachineLike) -> LockSets:
             f"{free.name}: {len(drives)} drives make {math.comb(len(drives), spare)} sets of {spare} to lock; "
             f"at most {MOST_SETS} are looked at"
         )
-    sampled = Sampled.of(free)
+    sampled = Sampled.of(chosen)
     found = sampled.freedoms([()] * len(free.legs)).platform
     if found < 6:
         raise InputError(f"{free.name}: with all drives free the platform has {found} freedoms; six are expected")
     symmetry = reduce(math.gcd, (chain.copies for chain in free.chains.values()))
     groups: dict[tuple[str, ...], int] = {}
     made = []
-    for chosen in combinations(drives, spare):
-        turns = [_sorted(drives, [_turned(free, name, k, symmetry) for name in chosen]) for k in range(symmetry)]
-        group = groups.setdefault(min(turns, key=lambda names: [drives.index(n) for n in names]), len(groups) + 1)
-        made.append(_lock_set(sampled, chosen, group))
+    for names in combinations(drives, spare):
+        turns = [_sorted(drives, [_turned(free, name, k, symmetry) for name in names]) for k in range(symmetry)]
+        group = groups.setdefault(min(turns, key=lambda turn: [drives.index(n) for n in turn]), len(groups) + 1)
+        made.append(_lock_set(sampled, names, group))
     return LockSets(free, tuple(drives), spare, symmetry, tuple(made))
 
 
@@ -140,12 +144,14 @@ def _lock_set(sampled: Sampled, drives: tuple[str, ...], group: int) -> LockSet:
     stopped = sampled.freedoms([set(own.drives) for own in sampled.chains])
     loose = {leg.name: n - idle for leg, n, idle in zip(legs, left.loose, stopped.loose, strict=True) if n > idle}
     is_whole = left.platform == 6 and not loose and stopped.platform == 0
-    return LockSet(drives, left.platform, loose, is_whole, _verdict(sampled, held, left, loose, stopped), group)
+    at_home = sampled.freedoms(held, first_alone=True).platform if sampled.is_home else None
+    return LockSet(drives, left.platform, loose, is_whole, at_home, _verdict(sampled, held, left, loose, stopped), group)
 
 
 def _verdict(sampled: Sampled, held: list[set[str]], left: Freedoms, loose: Mapping[str, int], stopped: Freedoms) -> str:
-    said, at = [], sampled.generic(held)
+    said = []
     for k, leg in enumerate(sampled.machine.legs):
+        at = sampled.generic(k, held[k])
         columns = sampled.screws[at][k].free(held[k])
         lost = 6 - ranked(columns)
         if lost == 1:
@@ -161,16 +167,17 @@ def _verdict(sampled: Sampled, held: list[set[str]], left: Freedoms, loose: Mapp
 
 
 def _lost(wrench: Array, sampled: Sampled, at: int) -> str:
-    """The motion that a wrench forbids, at one of the poses."""
+    """The motion that a wrench forbids, at one of the poses; said where that is not home."""
     length, pose = float(sampled.machine.characteristic_length), sampled.poses[at]
     force, moment = wrench[:3], wrench[3:] * length
+    beside = "" if at == 0 and sampled.is_home else " at a pose beside home"
     sense = math.copysign(1.0, wrench[np.argmax(np.abs(wrench).round(9))])
     if np.linalg.norm(force) < PURE:
-        return f"turns about {_direction(sense * moment)}"
+        return f"turns about {_direction(sense * moment)}{beside}"
     size = float(np.linalg.norm(force))
     point = _centre(pose) + np.cross(force, moment) / size**2
     x, y, z = (f"{1e3 * c + 0.0:.1f}" for c in point.round(9))
-    words = f"motion along {_direction(sense * force)} through ({x}, {y}, {z}) mm"
+    words = f"motion along {_direction(sense * force)} through ({x}, {y}, {z}) mm{beside}"
     pitch = float(force @ moment) / size**2
     return words if abs(pitch) < PURE * length else f"{words}, unless it turns by the way over {-1e3 * pitch:.4g} mm"
 

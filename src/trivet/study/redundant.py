@@ -21,7 +21,8 @@ from trivet.kinematics.held import Held
 from trivet.model import Machine
 from trivet.space.family import Family, Places
 from trivet.study.epigraph import Chosen, Epigraph, drawn_back
-from trivet.study.lock_advice import LockAdvice, LocksAdvised, Modes, Search, advise_locks
+from trivet.study.lock_advice import LocksAdvised, Modes, advise_locks
+from trivet.study.lock_best import LockAdvice, Search
 from trivet.study.lock_grid import Miss, Table, starts, table
 from trivet.study.lock_measures import Goal
 from trivet.study.lock_search import polished
@@ -92,7 +93,7 @@ class RedundantPath:
 def redundant_path(
     machine: MachineLike,
     path: Family,
-    goal: Goal | str = "K_xx",
+    goal: Goal | str = "1/C_xx",
     *,
     rate: float = RATE,
     modes: Modes = "all",
@@ -133,7 +134,7 @@ class _Chooser:
 
     def found(self, progress: Callable[[str, int, int], None]) -> RedundantPath:
         """The best of all that is tried, by its least at twice as many places as it was sought at."""
-        charts = self.fixed.reached[:CHARTS]
+        charts = sorted(self.fixed.reached, key=lambda a: (a is not self.fixed.best, -a.value))[:CHARTS]
         tried = []
         for k, advice in enumerate(charts):
             for n, one in enumerate(self._from(advice)):

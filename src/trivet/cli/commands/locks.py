@@ -85,7 +85,8 @@ class Wish:
         str | None,
         typer.Option(
             "--objective",
-            help="What is to be great: K_xx, 1/C_zz, …; D_xx (least dynamic stiffness); sigma_min; travel.  [default: K_xx]",
+            help="What is to be great: K_xx, 1/C_zz, …; D_xx (least dynamic stiffness); sigma_min; 1/rate; travel.  "
+            "[default: 1/C_xx]",
         ),
     ] = None
     modes: Annotated[
@@ -132,27 +133,52 @@ def run(
     task: Task,
     wish: Wish,
     over: FrequencyRange,
+    write: Annotated[
+        str | None,
+        typer.Option("--write", help="Write the machine, locked as is best, with a line of that.", metavar="FILE.toml"),
+    ] = None,
     out: DataOutput,
 ) -> None:
     """Which drives of a redundant machine to lock, and where; without a task, which sets of them leave six freedoms."""
     from trivet.cli.views import locks as view
     from trivet.errors import InputError
+    from trivet.files import check_writable
     from trivet.study.locks import lock_sets
     from trivet.study.machines import choose, parse_settings
 
     task.check()
     wish.check(task)
     out.check()
+    if write is not None:
+        check_writable(write, overwrite=out.overwrite)
     chosen = model.of(choose(machine, parse_settings(settings or [])))
     if task.is_given:
-        out.give(_advised(chosen, task, wish, over, out.as_json), view)
+        advised = _advised(chosen, task, wish, over, out.as_json)
+        if write is not None:
+            _keep(advised, write, out.overwrite)
+        out.give(advised, view)
         return
-    idle = [*given(wish), *given(over), *(name for name in given(out) if name in ("--figure", "--data"))]
+    idle = [
+        *given(wish),
+        *given(over),
+        *(["--write"] if write else []),
+        *(name for name in given(out) if name in ("--figure", "--data")),
+    ]
     if idle:
         raise InputError(f"{', '.join(idle)}: of advice for a task; give --path, --hemisphere or a pose")
     with output.busy("looking at locks", out.as_json):
         sets = lock_sets(chosen)
     out.say(sets, view)
+
+
+def _keep(advised: LocksAdvised | RedundantPath, path: str, overwrite: bool) -> None:
+    """Write the machine, locked as is best."""
+    from trivet.model import write
+    from trivet.study.lock_advice import LocksAdvised
+
+    best = advised if isinstance(advised, LocksAdvised) else advised.fixed
+    write(best.locked, path, overwrite=overwrite)
+    output.wrote(path)
 
 
 def _advised(chosen: Machine, task: Task, wish: Wish, over: FrequencyRange, quiet: bool) -> LocksAdvised | RedundantPath:
