@@ -221,3 +221,9 @@ def test_comac_of_modes_that_coincide() -> None:
         np.testing.assert_allclose(c.comac(*c.matched(measured, computed, found)), 1)
         back = [pair._replace(measured=pair.computed, computed=pair.measured) for pair in found]
         np.testing.assert_allclose(c.comac(*c.matched(computed, measured, back)), 1)
+
+
+def test_one_frequency_has_no_shape() -> None:
+    one = np.array([[1 + 1j], [2.0 + 0j]])
+    assert np.isnan(c.frac(one, 3 * one)).all()
+    np.testing.assert_allclose(c.faac(one, one), 1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import warnings
 from dataclasses import replace
@@ -320,6 +321,17 @@ def test_wrong_input() -> None:
         fit_modes(measured, 100, 104)
     with pytest.raises(InputError, match="--order 300: expected 2 to 193"):
         fit_modes(measured, order=300)
+    with pytest.raises(InputError, match=r"--order 2\.5: expected 2 to 193"):
+        fit_modes(measured, order=2.5)  # type: ignore[arg-type]
+    for poles in ([], [math.nan], [-100.0]):
+        with pytest.raises(InputError, match=r"--poles: .*expected frequencies above zero"):
+            fit_modes(measured, poles=poles)
+    with pytest.raises(InputError, match="measured functions"):
+        fit_modes(measured.only([]))
+    values = measured.values.copy()
+    values[0, 7] = math.nan
+    with pytest.raises(InputError, match="measured functions: "):
+        fit_modes(dataclasses.replace(measured, values=values))
     rng = np.random.default_rng(1)
     noise = rng.normal(size=(1, 1, 581)) + 1j * rng.normal(size=(1, 1, 581))
     with pytest.raises(NoResultError):

@@ -626,6 +626,24 @@ def test_measurements_that_are_none() -> None:
         update(machine(), SETUP, functions, FREE, fit=FittedModes((Channel("1", Z),), unstable))
 
 
+def test_setups_made_by_hand_are_checked() -> None:
+    functions, _ = measured()
+    for setup, words in (
+        (Setup(axes=Axes(x=X, z=X), others="platform"), "are not square to each other"),
+        (Setup(axes=Axes(x=(0.0, 0.0, 0.0)), others="platform"), "are not square to each other"),
+        (Setup(points={"1": Spot(mass=-50.0)}, others="platform"), r"points\.1\.mass: -50 kg; expected 0 or more"),
+    ):
+        with pytest.raises(InputError, match=words):
+            placed(machine(), setup, functions)
+
+
+def test_what_was_measured_twice_counts_once() -> None:
+    functions, _ = measured()
+    twice = functions.only([*range(len(functions)), 0, 3])
+    found = correlate(machine(), SETUP, twice)
+    assert len(found.measured) == len(functions)
+
+
 def test_setups_that_are_wrong(tmp_path: Path) -> None:
     functions = asked(np.linspace(60, 1000, 20))
     for text, words in (

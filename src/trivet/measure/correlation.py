@@ -69,8 +69,11 @@ class Pair(NamedTuple):
 def frac(measured: np.ndarray, computed: np.ndarray) -> np.ndarray:
     """(q,) frequency response assurance criterion of functions (q, n): |x^H a|^2 / (x^H x  a^H a) along frequencies.
 
-    Frequencies at which one of the two is NaN do not count.  NaN where one of the functions is zero throughout.
+    Frequencies at which one of the two is NaN do not count.  NaN where one of the functions is zero throughout, and at a single
+    frequency, where there is no shape to compare.
     """
+    if measured.shape[1] < 2:
+        return np.full(len(measured), np.nan)
     return _shape(*_both(measured, computed), axis=1)
 
 

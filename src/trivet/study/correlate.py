@@ -150,6 +150,7 @@ def correlate(
     """
     check_loss_factor(loss_factor)
     check_measured(functions)
+    functions = functions.averaged()
     at = placed(choose(machine), setup, functions)
     beside = None if fit is None else _modes(at, functions, fit, loss_factor)
     return Correlation(at, functions, predicted(at, functions, loss_factor), loss_factor, beside)

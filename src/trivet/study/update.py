@@ -184,7 +184,7 @@ def update(
     check_loss_factor(loss_factor)
     check_measured(functions)
     chosen = choose(machine)
-    inside = _inside(functions, low, high)
+    inside = _inside(functions.averaged(), low, high)
     seen, held = _divided(inside, hold)
     where = placed(chosen, setup, inside)
     known = parameters(chosen, free, loss_factor)

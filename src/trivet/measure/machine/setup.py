@@ -169,11 +169,26 @@ def read_setup(path: str | os.PathLike[str]) -> Setup:
         setup: Setup = _adapter().validate_python(document)
     except ValidationError as error:
         raise InputError(f"{name}: {one_complaint(error, document, Setup)}") from None
+    try:
+        check_setup(setup)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+    return setup
+
+
+def check_setup(setup: Setup) -> None:
+    """Refuse axes that are none, and masses that no sensor has.
+
+    Raises:
+        InputError: with the key and the value.
+    """
     x, z = (np.array(axis, dtype=float) for axis in (setup.axes.x, setup.axes.z))
     lengths = np.linalg.norm(x) * np.linalg.norm(z)
     if not 0 < lengths < math.inf or abs(x @ z) > SQUARE * lengths:
-        raise InputError(f"{name}: axes.x and axes.z: {setup.axes.x} and {setup.axes.z} are not square to each other")
-    return setup
+        raise InputError(f"axes.x and axes.z: {setup.axes.x} and {setup.axes.z} are not square to each other")
+    for point, spot in setup.points.items():
+        if not 0 <= spot.mass < math.inf:
+            raise InputError(f"points.{point}.mass: {spot.mass:g} kg; expected 0 or more")
 
 
 def placed(machine: Machine, setup: Setup, functions: Functions) -> Placed:
@@ -183,6 +198,7 @@ def placed(machine: Machine, setup: Setup, functions: Functions) -> Placed:
         InputError: for a point that the set-up does not place, or a place that the machine does not have.
         NoResultError: the pose of the set-up is not reached.
     """
+    check_setup(setup)
     signs, frame = parse_mode(machine, setup.pose.mode), setup.pose.frame(machine)
     miss = shortfall(machine, joint_state_once(machine, frame, signs))
     if miss is not None:

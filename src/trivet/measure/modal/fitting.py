@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from trivet.errors import InputError, NoResultError
+from trivet.measure.checking import check_functions
 from trivet.measure.functions import Channel, Functions
 from trivet.measure.modal.least_squares_complex import estimate
 from trivet.measure.modal.maximum_likelihood import covariance, directions, information
@@ -52,6 +53,7 @@ def fit_modes(
         InputError: for a band without measured lines, an order that they do not bear, no response that has every reference.
         NoResultError: when no pole is stable, or none is where one was asked for.
     """
+    check_functions(functions, "measured functions")
     chosen = functions.between(
         functions.frequency[0] if low is None else low, functions.frequency[-1] if high is None else high
     )
@@ -98,7 +100,7 @@ def _order(order: int | None, band: Band) -> int:
     most = min(ORDERS[1], lines // 3)
     if order is None:
         return min(max(12, math.ceil(POLES / references)), most)
-    if not ORDERS[0] <= order <= most:
+    if order != int(order) or not ORDERS[0] <= order <= most:
         raise InputError(f"--order {order}: expected {ORDERS[0]} to {most}, which {lines} frequencies bear")
     return order
 
@@ -123,6 +125,8 @@ def _picked(diagram: Stabilisation, poles: Sequence[float] | None) -> Chosen:
         if not len(found.poles):
             raise NoResultError("no pole is stable; try a higher --order or another band, or name --poles")
         return found
+    if not len(poles) or not all(0 < frequency < math.inf for frequency in poles):
+        raise InputError(f"--poles: {list(poles)}; expected frequencies above zero")
     found = nearest(diagram, poles)
     wanted, size = np.sort(poles), np.abs(found.poles) / (2 * math.pi)
     for frequency, got in zip(wanted, size if len(size) else np.full(len(wanted), math.nan), strict=True):
