@@ -278,6 +278,11 @@ def test_a_file_that_may_not_be_read(tmp_path: Path) -> None:
         ("radius", "1 mm", ("azulay: radius: ambiguous; it could be chains.leg.elements.guide.radius or",)),
         ("link.lenght", "1 mm", ("azulay: link.lenght: no such key in this machine; did you mean 'link.length'",)),
         ("guide.bearing.q", "1 N/um", ("azulay: guide.bearing.q: no such key in this machine; did you mean 'guide.bearing.",)),
+        (
+            "link.bearing.z",
+            "1 N/um",
+            ("link.bearing: unknown key; known are: axis, length, material, name, section, shapes, type",),
+        ),
         ("gide.bearing.z", "1 N/um", ("azulay: gide.bearing.z: no such key in this machine; did you mean 'guide.bearing.z'",)),
         ("guide.friction.z", "1", ("azulay: guide.friction.z: no such key in this machine",)),
         ("", "1 mm", ("azulay: : unknown key",)),

@@ -157,7 +157,8 @@ def test_figures(fit: Run, tmp_path: Path) -> None:
     [
         (["--poles", "100"], '--poles "100"', 2),
         (["--poles", "100 Hz,,180 Hz"], "--poles", 2),
-        (["--from", "290 Hz"], "frequencies lie in the band; expected 16 or more", 2),
+        (["--from", "275 Hz"], "frequencies lie in the band; expected 16 or more", 2),
+        (["--to", "70 Hz", "--from", "280 Hz"], "frequencies from 280 Hz to 70 Hz: the range ends before it begins", 2),
         (["--order", "90"], "--order 90: expected 2 to 70", 2),
         (["--poles", "140 Hz"], "no stable pole of its own is near 140 Hz", 1),
         (["--data", "fit.csv"], "a NetCDF file ends in .nc", 2),

@@ -579,6 +579,9 @@ def test_the_command(trivet: Run, tmp_path: Path) -> None:
     assert [one["unit"] for one in found["parameters"]] == ["N m/rad", "N/m", "1"]
     np.testing.assert_allclose([one["after"] for one in found["parameters"]], TRUE, rtol=0.03)
     assert found["next_points"][0]["gain_bits"] > 0
+    code, _, err = trivet("measure", "update", *options[:6], "--free", "ball.stiffness=300")
+    assert code == 2
+    assert "after = stands how well the number is known" in err
     import xarray as xr
 
     with xr.open_dataset(tmp_path / "u.nc", engine="h5netcdf") as data:

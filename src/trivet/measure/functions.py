@@ -98,7 +98,13 @@ class Functions:
         )
 
     def between(self, low: float, high: float) -> Functions:
-        """At the frequencies of a range (Hz), ends included."""
+        """At the frequencies of a range (Hz), ends included.
+
+        Raises:
+            InputError: for a range that ends before it begins.
+        """
+        if not low <= high:
+            raise InputError(f"frequencies from {low:g} Hz to {high:g} Hz: the range ends before it begins")
         inside = (self.frequency >= low) & (self.frequency <= high)
         return replace(
             self,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import types
 import typing
 from typing import Any
@@ -106,7 +107,7 @@ def _fields_at(document: Any, keys: tuple[Key, ...], kind: Any) -> set[str]:
         else:
             kind = typing.get_args(kind)[-1 if isinstance(key, str) else 0]
         kind = _pick(kind, document)
-    return set(kind.__dataclass_fields__) - {"notes"} if _is_table(kind) else set()
+    return {field.name for field in dataclasses.fields(kind)} - {"notes"} if _is_table(kind) else set()
 
 
 def _is_table(kind: Any) -> bool:

@@ -112,7 +112,13 @@ def _spread(text: str, number: Number) -> float:
     from trivet.errors import InputError
 
     if not text.endswith("%"):
-        absolute = _in_si("--free", text, number.kind)
+        try:
+            absolute = _in_si("--free", text, number.kind)
+        except InputError as error:
+            raise InputError(
+                f"{error}; after = stands how well the number is known (a share, or so much in its unit); "
+                "a value to start from is given by --set"
+            ) from None
         return absolute / number.value if number.is_unsigned and number.value else absolute
     if not number.is_unsigned:
         raise InputError(f'--free "{number.path}={text}": may have either sign; say how well it is known in its unit')
