@@ -412,7 +412,7 @@ class Costly(Stiffness):
 def test_what_costs_much_is_not_looked_around(monkeypatch: pytest.MonkeyPatch) -> None:
     looks: list[bool] = []
     monkeypatch.setattr(lock_search, "_around", lambda asked, start, poses: looks.append(asked.is_costly) or start)
-    chosen, values = held_at(*MIXED)
+    chosen, values = held_at(("guide",) * 3, (0.05, -0.12, 0.2))
     for kind in (Stiffness, Costly):
         start = Holding(chosen, values, POSES[:1, 5], np.zeros(1))
         assert polished(kind(objective("K_zz")), [start], task().some(np.array([0]))).value > 0

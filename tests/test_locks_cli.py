@@ -47,11 +47,14 @@ def test_lock_sets_as_a_table_and_as_json(trivet: Any) -> None:
     assert code == 0
     assert "rmmt: 9 drives, 3 to spare" in out
     assert "84 sets of 3 to lock; 27 leave six freedoms, 11 of them different by the machine's turns about z" in out
-    assert "4: leg-1 takes 2 freedoms of the platform; leg-2 moves by itself; leg-3 moves by itself" in out
+    assert "19 of these are singular at the machine's home" in out
+    told = "4: leg-1 takes 2 freedoms of the platform; leg-2 moves by itself; leg-3 moves by itself"
+    assert f"leg-1 guide tangential radial 3 4 {told}" in " ".join(out.split())
     found = view.as_json(sets())
     assert len(found["lock_sets"]) == 84
     assert sum(one["leaves_six_freedoms"] for one in found["lock_sets"]) == 27
     assert found["spare_drives"] == found["symmetry"] == 3
+    assert sum(one["platform_freedoms_at_home"] == 6 for one in found["lock_sets"]) == 8
 
 
 @pytest.fixture
@@ -89,6 +92,8 @@ def test_advice_as_json_figures_and_data(trivet: Any, results: list[Any], files:
     with xr.open_dataset(kept, engine="h5netcdf") as data:
         assert data["least"].values[0] == pytest.approx(own.best.value, rel=1e-9)
         assert data["least"].attrs["units"] == "N/m"
+        assert data["drive_rate"].values[0] == pytest.approx(own.best.rate, rel=1e-9)
+        assert np.isnan(data["drive_rate"].values[1:]).all()
         locked = data["locked_coordinate"].sel(lock_set="leg-1.guide")
         assert np.isfinite(locked).sum() == 1
         assert np.isnan(data["value"].values[1:]).all()
@@ -102,6 +107,12 @@ def test_advice_as_json_figures_and_data(trivet: Any, results: list[Any], files:
     assert shown.names == ["leg-1.guide"]
     assert shown.least[0] == pytest.approx(own.best.value / 1e6)
     assert shown.least[0] <= shown.most[0]
+    assert best["drive_rate"] == pytest.approx(own.best.rate, rel=1e-9)
+    assert best["travel_margin"] == pytest.approx(own.best.margin, abs=1e-9)
+    assert shown.words[0].endswith(f", drive rate {own.best.rate:.3g}")
+    assert found["stiffness_N_per_m"]["K_zz"] >= own.best.value * (1 - 1e-9)  # between the poses it may be less
+    assert found["stiffness_as_the_file_locks_N_per_m"]["K_zz"] >= own.as_is * (1 - 1e-9)
+    assert found["sets_equal"] == 1
     assert found["as_the_file_locks_N_per_m"] == pytest.approx(own.as_is, rel=1e-9)
     assert shown.as_is == pytest.approx(own.as_is / 1e6)
 
@@ -115,7 +126,7 @@ def test_all_drives_as_tables_figures_and_data(trivet: Any, results: list[Any], 
     assert code == 0
     (own,) = results
     assert f"{own.least / 1e6:.5g} N/µm" in out
-    assert re.search(rf"^best locks +{own.locked_least / 1e6:.5g} N/µm +leg-1.guide=", out, re.MULTILINE)
+    assert re.search(rf"^best locks +{own.locked_least / 1e6:.5g} N/µm +guide \S+ / - / -", out, re.MULTILINE)
     with xr.open_dataset(kept, engine="h5netcdf") as data:
         assert data["joint_coordinate"].shape == (17, 7) == (len(own.along), len(own.drives))
         assert np.allclose(data["value"], own.value, rtol=1e-9)

@@ -77,8 +77,8 @@ def points(result: LocksAdvised) -> Points:
     factor, _ = scale(result.measure)
     shown = result.reached[:MOST_SETS]
     most = [factor * float(a.holding.least.max()) for a in shown if a.holding is not None]
-    beside = result.best.value if np.isnan(result.as_is) else result.as_is
-    words = [f"{100 * (a.value / beside - 1):+.2f} %, drive rate {a.rate:.3g}" for a in shown]
+    beside, word = (result.best.value, "the best") if np.isnan(result.as_is) else (result.as_is, "the file")
+    words = [f"{100 * (a.value / beside - 1):+.2f} % over {word}, drive rate {a.rate:.3g}" for a in shown]
     return Points([a.locks.name for a in shown], [factor * a.value for a in shown], most, factor * result.as_is, words)
 
 
@@ -132,7 +132,7 @@ def _set_picture(result: LocksAdvised, path: Path) -> None:
     at = np.arange(len(shown.names))
     axes.plot(shown.least, at, "o", color=BLUE, markersize=9, label="least over the task")
     for k, words in enumerate(shown.words):
-        axes.annotate(words, (1.01, k), xycoords=("axes fraction", "data"), va="center", fontsize=10)
+        axes.annotate(words, (1.01, k), xycoords=("axes fraction", "data"), va="center", fontsize=9)
     axes.plot(shown.most, at, "|", color=ORANGE, markersize=14, markeredgewidth=2, label="greatest over the task")
     if np.isfinite(shown.as_is):
         axes.axvline(shown.as_is, color=VERMILLION, linestyle="--", linewidth=1.4, label="as the file locks")

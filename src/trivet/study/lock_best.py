@@ -229,7 +229,7 @@ def _rounded(holding: Holding) -> Iterator[Holding]:
     """At coordinates which a drive can be told, the nearest, then where few those to either side, and as it is."""
     unit = np.array([MICRON if not is_turn else MILLIDEGREE for way in holding.ways for is_turn in _turns(way)])
     low, high = ends(holding.ways)
-    yield holding._replace(values=np.clip(np.round(holding.values / unit) * unit, low, high))
+    yield holding._replace(values=np.clip(np.round(holding.values / unit) * unit + 0.0, low, high))
     for side in product((np.floor, np.ceil), repeat=len(unit) if len(unit) <= FEW else 0):
         values = [up(v / u) * u for up, v, u in zip(side, holding.values, unit, strict=True)]
         yield holding._replace(values=np.clip(values, low, high) if len(values) else holding.values)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from trivet.cli.views.layout import more, plain_number, table
+from trivet.cli.views.layout import fixed, more, plain_number, table
 from trivet.cli.views.si import finite, pose_keys
 from trivet.kinematics.drive_rates import MOST_RATE
 from trivet.kinematics.mode import mode_words
@@ -130,8 +130,8 @@ def _explained(symmetry: int) -> str:
     home = "at home: freedoms of the platform there; fewer than six where home is singular for a set"
     if symmetry < 2:
         return home
-    turn = f"when the machine is turned about z by {360 / symmetry:g}°"
-    return f"alike: sets that become each other {turn}; the first of them is named\n{home}"
+    turn = f"when the machine turns about z by {360 / symmetry:g}°"
+    return f"alike: sets that become each other {turn}; the first is named\n{home}"
 
 
 def _left_at_home(one: LockSet) -> str:
@@ -249,7 +249,7 @@ def _by_set(result: LocksAdvised) -> Any:
     for advice in result.reached[:FEW]:
         locked = places_in_short(result.machine, advice.coordinates)
         shown = number(advice.value, asked).removesuffix(short).rstrip()
-        found.add_row(locked, advice.mode, shown, f"{advice.rate:.3g}", f"{advice.margin + 0.0:.2f}")
+        found.add_row(locked, advice.mode, shown, f"{advice.rate:.3g}", fixed(advice.margin, 2))
     more(found, len(result.reached), FEW)
     found.caption_justify = "left"
     length = 1e3 * float(result.machine.characteristic_length)
@@ -317,6 +317,7 @@ def _(result: RedundantPath) -> Iterator[Any]:
     rows.add_row("every pose by itself", number(result.bound, asked), "no choice of the drives is above it")
     if not math.isnan(result.fixed.as_is):
         rows.add_row("as the file locks", number(result.fixed.as_is, asked), "")
+    rows.columns[-1].justify = "left"
     yield rows
     known = joints(result.machine)
     units = ["°" if known[name].is_angular else "mm" for name in result.drives]
@@ -326,7 +327,7 @@ def _(result: RedundantPath) -> Iterator[Any]:
     for k in np.unique(np.linspace(0, len(result.along) - 1, SHOWN).round().astype(int)).tolist():
         own = [math.degrees(v) if u == "°" else 1e3 * v for v, u in zip(result.coordinates[k], units, strict=True)]
         value = number(float(result.value[k]), asked).removesuffix(short).rstrip()
-        found.add_row(f"{result.along[k]:.3f}", value, *(f"{v + 0.0:.2f}" for v in own))
+        found.add_row(f"{result.along[k]:.3f}", value, *(fixed(v, 2) for v in own))
     yield found
 
 
