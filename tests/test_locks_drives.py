@@ -17,15 +17,17 @@ from test_locks import fewer, held_at, sets, task
 import trivet as t
 from trivet.cli.views import locks as view
 from trivet.kinematics.drive_rates import MOST_RATE
+from trivet.kinematics.freedoms import ChainScrews, Sampled
 from trivet.kinematics.held import Held, ease_piece, ways
 from trivet.kinematics.jacobian import homogenised_inverse
 from trivet.space.pose import zyz_frame
 from trivet.statics.structure import structural_stiffness
+from trivet.study import lock_advice
 from trivet.study.lock_advice import LocksAdvised, _ordered, advise_locks
 from trivet.study.lock_best import LockAdvice
 from trivet.study.lock_stiffness import axis_stiffness
 from trivet.study.lock_values import Holding, turned
-from trivet.study.locks import LockSet, lock_sets, with_drives_locked
+from trivet.study.locks import LockSet, _lost, lock_sets, with_drives_locked
 
 HOME = [[0.0, 0.0, 0.125, 0.0, 0.0, 0.0]]
 FOLD = 0.018 + math.sqrt(0.216**2 - 0.125**2) - 0.15
@@ -102,6 +104,29 @@ def test_what_is_lost_is_told_at_home_where_the_rank_is_the_same() -> None:
         assert told["leg-1.guide", "leg-1.tangential", f"leg-2.{other}"].startswith(own + ";")
 
 
+def test_what_is_lost_is_told_of_the_chain_itself_and_elsewhere_where_home_is_singular_for_it() -> None:
+    """Two chains, each flat at a pose of its own."""
+    whole, flat = np.eye(6)[:, :5], np.eye(6)[:, [0, 1, 2, 3, 3]]
+    (one, other), places = (ChainScrews(tuple("abcde"), (), columns) for columns in (whole, flat)), ((0.0, 0.0, 0.125),) * 2
+    poses = tuple(zyz_frame(place, 0.0, 0.0, 0.0) for place in places)
+    sampled = Sampled(t.load("rmmt").with_free_drives(), poses, ((one, other), (other, one)))
+    assert [sampled.generic(k, ()) for k in (0, 1)] == [0, 1]
+    turn = np.eye(6)[:, 5]
+    assert [_lost(turn, sampled, at) for at in (0, 1)] == [
+        "turns about (0.00, 0.00, 1.00)", "turns about (0.00, 0.00, 1.00) at a pose beside home"
+    ]  # fmt: skip
+    push = np.eye(6)[:, 1]
+    assert _lost(push, sampled, 1) == "motion along (0.00, 1.00, 0.00) through (0.0, 0.0, 125.0) mm at a pose beside home"
+
+
+def test_limits_and_losses_are_said_of_the_best() -> None:
+    fast = view._cautions(made("fast", 1.0, 0.5, 0.995 * MOST_RATE), {"K_xx": 0.998, "K_zz": 2.0}, {"K_xx": 1.0, "K_zz": 1.0})
+    assert fast == [
+        "a drive goes 4.97 times as fast as the platform, at most 5: a singularity is near", "less than as the file locks: K_xx"
+    ]  # fmt: skip
+    assert view._cautions(made("calm", 1.0, 0.5), {"K_xx": 1.0}, {}) == []
+
+
 def test_places_are_those_a_drive_can_be_told() -> None:
     for advice in at_home().reached:
         for name, value in advice.coordinates.items():
@@ -148,7 +173,7 @@ def test_of_sets_that_are_equal_the_files_own_comes_first_then_what_has_most_to_
     assert names[1] == names[2] == ["roomy", "own", "fast", "tight", "less"]
 
 
-def test_the_locked_machine_is_written_with_its_history(trivet: Any, tmp_path: Path) -> None:
+def test_the_locked_machine_is_written_with_its_history(trivet: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     machine, kept = tmp_path / "fewer.toml", tmp_path / "locked.toml"
     t.write(fewer("leg-1").with_locks(SERVING), machine)
     task = "locks", str(machine), "--position", "0 mm, 0 mm, 125 mm", "--objective", "travel"
@@ -169,6 +194,7 @@ def test_the_locked_machine_is_written_with_its_history(trivet: Any, tmp_path: P
         assert held[name] == pytest.approx(value, abs=1e-9)
     assert trivet("pose", str(kept))[0] == 0
     assert "drive rate" in out
+    monkeypatch.delattr(lock_advice, "advise_locks")  # what cannot be written is told before the search
     code, _, err = trivet(*task, "--write", str(kept))
     assert code == 2
     assert str(kept) in err
@@ -186,6 +212,8 @@ def test_tables_are_narrow_and_tell_what_is_equal() -> None:
     text = "\n".join(lines)
     assert "3 sets are equal within 0.1 %: which of them does not matter for K_zz" in text
     assert "1/C_xx" in text
+    assert "the locks of the machine's file are equal within 0.1 %: there is no need for others" in text
+    assert t.Goal().objective == "1/C_xx"
     assert view.places_in_short(
         t.load("rmmt"), {f"leg-{k}.tangential": v for k, v in ((1, 0.0), (2, -0.006156), (3, 0.006156))}
     ) == ("tangential 0 / -6.156 / 6.156")
