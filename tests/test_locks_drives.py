@@ -24,7 +24,7 @@ from trivet.space.pose import zyz_frame
 from trivet.statics.structure import structural_stiffness
 from trivet.study import lock_advice
 from trivet.study.lock_advice import LocksAdvised, _ordered, advise_locks
-from trivet.study.lock_best import LockAdvice
+from trivet.study.lock_best import LockAdvice, _limits
 from trivet.study.lock_stiffness import axis_stiffness
 from trivet.study.lock_values import Holding, turned
 from trivet.study.locks import LockSet, _lost, lock_sets, with_drives_locked
@@ -152,6 +152,18 @@ def test_stiffness_of_the_axes_by_the_structure() -> None:
         free.append(1 / np.diag(np.linalg.inv(stiffness))[:3])
     assert [found[f"K_{a}{a}"] for a in "xyz"] == pytest.approx(np.min(held, axis=0), rel=1e-6)
     assert [found[f"1/C_{a}{a}"] for a in "xyz"] == pytest.approx(np.min(free, axis=0), rel=1e-6)
+
+
+def test_limits_are_those_of_the_worst_pose() -> None:
+    chosen, values = held_at(("guide",) * 3, (0.05, -0.02, 0.03))
+    holding, poses = Holding(chosen, values, np.zeros(2), np.zeros(2)), task()
+    both, *each = (_limits(holding, poses.some(np.array(some))) for some in ([0, 1], [0], [1]))
+    assert both[1] == pytest.approx(min(margin for _, margin, _ in each))
+    assert both[2] == pytest.approx(max(rate for _, _, rate in each))
+    assert abs(each[0][1] - each[1][1]) > 1e-3
+    assert abs(each[0][2] - each[1][2]) > 1e-3
+    back = _limits(holding, poses.some(np.array([1, 0])))
+    assert back[1:] == pytest.approx(both[1:])
 
 
 def made(name: str, value: float, margin: float, rate: float = 1.5) -> LockAdvice:
