@@ -604,7 +604,8 @@ BAD: list[tuple[list[Any], dict[str, Any], str]] = [
     ([Free("ball.stiffness", spread=-1.0)], {}, "expected above zero"),
     (FREE, {"hold": ["9"]}, "no function has the point 9"),
     (FREE, {"hold": ["1", "2", "3"]}, "all functions are held back"),
-    (FREE, {"low": 2000.0}, "0 lines"),
+    (FREE, {"low": 2000.0}, "the range ends before it begins"),
+    (FREE, {"low": 980.0}, "4 lines from 980 to 1000 Hz"),
 ]
 
 
