@@ -605,7 +605,7 @@ BAD: list[tuple[list[Any], dict[str, Any], str]] = [
     (FREE, {"hold": ["9"]}, "no function has the point 9"),
     (FREE, {"hold": ["1", "2", "3"]}, "all functions are held back"),
     (FREE, {"low": 2000.0}, "the range ends before it begins"),
-    (FREE, {"low": 980.0}, "4 lines from 980 to 1000 Hz"),
+    (FREE, {"low": 980.0}, "lines from 980 to 1000 Hz"),
 ]
 
 
