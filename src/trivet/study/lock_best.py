@@ -85,7 +85,7 @@ class LockAdvice:
     @property
     def spare(self) -> float:
         """The lesser of the margins of travel and of the rates of drives."""
-        return min(self.margin, MOST_RATE / self.rate - 1)
+        return min(self.margin, MOST_RATE / self.rate - 1 if self.rate else math.inf)
 
     @property
     def coordinates(self) -> dict[str, float]:
