@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import trivet
-from trivet.cli.views.atlas import as_json, tables
 from trivet.errors import InputError, NoResultError
 from trivet.model import load
 from trivet.space.family import along, in_block, over_hemisphere
 from trivet.study.atlas import Atlas, atlas
+from trivet.views.atlas import as_json, tables
 
 LOW, HIGH = 20.0, 900.0
 

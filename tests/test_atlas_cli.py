@@ -13,8 +13,8 @@ import pytest
 import xarray as xr
 
 import trivet as t
-from trivet.cli.views.atlas import tables
 from trivet.show import atlas as drawn
+from trivet.views.atlas import tables
 
 ASKED = ("map", "azulay", "--quantity", "dynamic-stiffness", "--steps", "2", "--from", "50 Hz", "--to", "700 Hz")
 

@@ -14,10 +14,10 @@ import pytest
 import xarray as xr
 
 import trivet as t
-from trivet.cli.views.lobes import cut_words
 from trivet.show import lobes as drawn
 from trivet.study.lobes import RPM, LobesAlong, deepest_first
 from trivet.study.pathfile import PathFile, PathPose
+from trivet.views.lobes import cut_words
 
 FEW = ("--points", "60", "--highest", "1 kHz")
 CUT = ("--diameter", "16 mm", "--teeth", "4", "--radial-depth", "4 mm", "--side", "down", "--material", "aluminium-7075-t6")

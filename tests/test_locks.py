@@ -15,7 +15,6 @@ import pytest
 from scipy.optimize import least_squares
 
 import trivet as t
-from trivet.cli.views import locks as view
 from trivet.errors import InputError, NoResultError
 from trivet.kinematics.freedoms import ChainScrews, Sampled
 from trivet.kinematics.held import Held, ways
@@ -44,6 +43,7 @@ from trivet.study.redundant import RedundantPath, redundant_path
 from trivet.study.spare_ways import Stretch, way_over_grid
 from trivet.vibration.exact import ExactStructure, exact_mesh
 from trivet.vibration.response import exact_receptance
+from trivet.views import locks as view
 
 AS_IS = {"leg-1.guide": 0.12}
 POSES = np.array([[0.0, 0.0, 0.125, 0.3, 0.1, -0.2], [0.003, 0.002, 0.124, 0.5, 0.15, -0.4]])

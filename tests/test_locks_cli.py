@@ -14,10 +14,10 @@ import xarray as xr
 from test_locks import fewer, sets, to_and_fro
 
 import trivet as t
-from trivet.cli.views import locks as view
 from trivet.model.elements import Drivable
 from trivet.show import locks as drawn
 from trivet.study import lock_advice, redundant
+from trivet.views import locks as view
 
 PATH = """
 [[poses]]

@@ -15,7 +15,6 @@ from rich.console import Console
 from test_locks import fewer, held_at, sets, task
 
 import trivet as t
-from trivet.cli.views import locks as view
 from trivet.kinematics.drive_rates import MOST_RATE
 from trivet.kinematics.freedoms import ChainScrews, Sampled
 from trivet.kinematics.held import Held, ease_piece, ways
@@ -28,6 +27,7 @@ from trivet.study.lock_best import LockAdvice, _limits
 from trivet.study.lock_stiffness import axis_stiffness
 from trivet.study.lock_values import Holding, turned
 from trivet.study.locks import LockSet, _lost, lock_sets, with_drives_locked
+from trivet.views import locks as view
 
 HOME = [[0.0, 0.0, 0.125, 0.0, 0.0, 0.0]]
 FOLD = 0.018 + math.sqrt(0.216**2 - 0.125**2) - 0.15

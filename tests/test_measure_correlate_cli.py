@@ -224,7 +224,7 @@ def test_json(trivet: Any, files: Path) -> None:
 def test_modes_in_tables_and_json() -> None:
     from rich.console import Console
 
-    from trivet.cli.views import correlation as view
+    from trivet.views import correlation as view
 
     console = Console(width=160)
     with console.capture() as caught:

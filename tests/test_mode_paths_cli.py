@@ -14,12 +14,12 @@ import pytest
 import xarray as xr
 
 import trivet as t
-from trivet.cli.views import mode_paths as view
 from trivet.show.mode_paths import curves, doubts, marks
 from trivet.study.corners import corners_of
 from trivet.study.mode_paths import ModePaths, modes_along
 from trivet.study.pathfile import PathFile, PathPose
 from trivet.vibration.tracking import Doubt
+from trivet.views import mode_paths as view
 
 FEW = ("--count", "4", "--steps", "4", "--elements", "3")
 TILT = ("--to-tilt", "16 deg")

@@ -17,7 +17,6 @@ from plain_machines import azulay as met
 from plain_machines import read, rotation
 
 import trivet as t
-from trivet.cli.views.plan_cases import _grouped
 from trivet.kinematics.jacobian import inverse_jacobian
 from trivet.model import dimensions, load
 from trivet.reach.margins import side
@@ -28,6 +27,7 @@ from trivet.study.pathfile import read_path
 from trivet.study.plan import Plan, plan, plan_along, plans
 from trivet.study.requirements import Requirements, Settings
 from trivet.study.roll_grid import frames_of
+from trivet.views.plan_cases import _grouped
 
 FINER = 50
 

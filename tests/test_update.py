@@ -21,8 +21,6 @@ from matplotlib.image import imread
 from measured_machine import SENSORS, Joints, hammer_test, modes_of_solids
 from rich.console import Console
 
-from trivet.cli.views.likeness import idle
-from trivet.cli.views.update import as_json, tables
 from trivet.errors import InputError
 from trivet.measure.correction.identifiability import told
 from trivet.measure.correction.terms import Residuals, huber, scaled
@@ -41,6 +39,8 @@ from trivet.show.figure import figure
 from trivet.show.update import factors
 from trivet.study.correlate import correlate
 from trivet.study.update import Update, _divided, update
+from trivet.views.likeness import idle
+from trivet.views.update import as_json, tables
 
 Run = Callable[..., tuple[int, str, str]]
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)

@@ -251,7 +251,7 @@ def test_a_missing_dynamic_half_does_not_take_the_static_one_away(trivet: Any) -
 
 
 def test_variants_are_listed() -> None:
-    from trivet.cli.views import dynamic_comparison as view
+    from trivet.views import dynamic_comparison as view
 
     found = t.compare_dynamics("azulay", "alizade", sensitivity=["balls free", "Timoshenko"])
     listed = view.as_json(found)

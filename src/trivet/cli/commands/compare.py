@@ -38,11 +38,11 @@ def run(
     out: DataOutput,
 ) -> None:
     """Compare machines: means and variances of the stiffness over a hemisphere, minimum dynamic stiffness at home."""
-    from trivet.cli.views import whole_comparison as view
     from trivet.errors import NoResultError
     from trivet.study.comparison import PAPER_MACHINES, compare
     from trivet.study.machines import choose, parse_settings
     from trivet.study.whole_comparison import WholeComparison
+    from trivet.views import whole_comparison as view
 
     changes = parse_settings(settings or [])
     chosen = [model.of(choose(name, changes)) for name in machines or PAPER_MACHINES]

@@ -165,9 +165,9 @@ def run(
         _along(chosen, trajectory, way.count(trajectory.duration), acting, mode, anyway, out)
         return
     way.require_none()
-    from trivet.cli.views import dynamics as view
     from trivet.errors import InputError
     from trivet.study.dynamics import dynamics_report
+    from trivet.views import dynamics as view
 
     if out.data is not None or out.figure:
         raise InputError("--figure and --data: a motion can be drawn and saved; give --to, --circle or --path")
@@ -202,8 +202,8 @@ def _along(
     anyway: bool,
     out: DataOutput,
 ) -> None:
-    from trivet.cli.views import motion as view
     from trivet.study.motion import motion
+    from trivet.views import motion as view
 
     loading = acting.loading()
     out.check()

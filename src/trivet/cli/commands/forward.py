@@ -32,8 +32,8 @@ def run(
     out: Output,
 ) -> None:
     """All poses that the machine can take with its drives at given coordinates, or at those of a pose."""
-    from trivet.cli.views import forward as view
     from trivet.study.forward import forward, parse_drives
+    from trivet.views import forward as view
 
     chosen = choice.load()
     out.check()

@@ -61,9 +61,9 @@ def run(
     out: DataOutput,
 ) -> None:
     """Frequency responses between two places of a machine at a pose, and its minimum dynamic stiffness."""
-    from trivet.cli.views import frf as view
     from trivet.study.frf import frf
     from trivet.study.response_summary import ShownResponse, check_entries
+    from trivet.views import frf as view
 
     names = check_entries(entries.split(","), output)
     chosen = choice.load(model)

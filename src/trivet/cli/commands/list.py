@@ -8,8 +8,8 @@ from trivet.cli import output
 
 def run(as_json: o.Json = False) -> None:
     """List the machines of the catalogue."""
-    from trivet.cli.views.machine import card, catalogue_table
     from trivet.model import catalogue, load
+    from trivet.views.machine import card, catalogue_table
 
     machines = [load(name) for name in catalogue()]
     if as_json:

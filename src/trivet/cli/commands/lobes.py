@@ -62,10 +62,10 @@ def run(
     out: DataOutput,
 ) -> None:
     """How deep a machine mills without chatter: stability lobes over spindle speed, at a pose or along a path."""
-    from trivet.cli.views import lobes as view
     from trivet.errors import InputError
     from trivet.study.lobes import lobes, lobes_along
     from trivet.study.pathfile import read_path
+    from trivet.views import lobes as view
 
     chosen = choice.load(model)
     speeds = [o.quantity(name, text, "spindle speed", "rad/s", True) for name, text in (("--from", slowest), ("--to", fastest))]

@@ -140,11 +140,11 @@ def run(
     out: DataOutput,
 ) -> None:
     """Which drives of a redundant machine to lock, and where; without a task, which sets of them leave six freedoms."""
-    from trivet.cli.views import locks as view
     from trivet.errors import InputError
     from trivet.files import check_writable
     from trivet.study.locks import lock_sets
     from trivet.study.machines import choose, parse_settings
+    from trivet.views import locks as view
 
     task.check()
     wish.check(task)

@@ -114,12 +114,12 @@ def run(
     out: DataOutput,
 ) -> None:
     """Stiffness, dynamic stiffness or singularities over the workpiece hemisphere, with the best roll at every point."""
-    from trivet.cli.views import singularity_map as singularities
-    from trivet.cli.views import stiffness_map as stiffnesses
     from trivet.errors import InputError, nearest
     from trivet.statics.best_roll import ROLLS
     from trivet.study.singularity_map import QUANTITIES, singularity_map
     from trivet.study.stiffness_map import stiffness_map
+    from trivet.views import singularity_map as singularities
+    from trivet.views import stiffness_map as stiffnesses
 
     known = ("stiffness", DYNAMIC, *QUANTITIES)
     if quantity not in known:
@@ -172,11 +172,11 @@ def _dynamic(
     rolls: int | None,
     out: DataOutput,
 ) -> None:
-    from trivet.cli.views import atlas as view
     from trivet.errors import InputError
     from trivet.files import check_room
     from trivet.study.atlas import DEFAULT, POINTS, atlas
     from trivet.study.atlas_datasets import save_responses, size_of_responses
+    from trivet.views import atlas as view
 
     if vibrating.responses and out.data is None:
         raise InputError("--responses: are written into --data; give it a file")

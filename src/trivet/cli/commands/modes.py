@@ -85,10 +85,10 @@ def run(
     if way.is_given:
         _along(chosen, at, way, mode, count, elements, anyway, out)
         return
-    from trivet.cli.views import modes as view
     from trivet.errors import InputError
     from trivet.study.mode_summary import aligned
     from trivet.study.modes import modes
+    from trivet.views import modes as view
 
     if way.steps is not None:
         raise InputError("--steps: speaks of a path; give --to, --to-tilt, … or --path as well")
@@ -103,8 +103,8 @@ def run(
 def _along(
     chosen: Machine, at: At, way: Way, mode: str | None, count: int, elements: int | None, anyway: bool, out: DataOutput
 ) -> None:
-    from trivet.cli.views import mode_paths as view
     from trivet.study.mode_paths import STEPS, modes_along
+    from trivet.views import mode_paths as view
 
     path = way.path(chosen, at)
     out.check()

@@ -83,12 +83,12 @@ def run(
     out: DataOutput,
 ) -> None:
     """How a machine gets to a tilt: without a singularity, the end of a joint's travel or a collision; proven between poses."""
-    from trivet.cli.views import cone as cone_view
     from trivet.errors import InputError
     from trivet.study.cone import cone
     from trivet.study.machines import choose, parse_settings
     from trivet.study.pathfile import read_path
     from trivet.study.plan import plans
+    from trivet.views import cone as cone_view
 
     changes = parse_settings(settings or [])
     chosen = [choose(name, changes) for name in machines]
@@ -158,8 +158,8 @@ def run(
 
 
 def _give(study: PlanStudy, advised: Machine | None, out: DataOutput) -> None:
-    from trivet.cli.views import plan as view
     from trivet.study.advice import advice
+    from trivet.views import plan as view
 
     out.give(study, view, None if advised is None else advice(study.plans[0], advised))
     _leave(*study.plans)

@@ -28,9 +28,9 @@ def run(
     out: Output,
 ) -> None:
     """Everything about one pose: joints and limits, stiffness, what it is lost in, and the deflection under a load."""
-    from trivet.cli.views import pose as view
     from trivet.model.mass import STANDARD_GRAVITY
     from trivet.study.pose import pose
+    from trivet.views import pose as view
 
     none = (0.0, 0.0, 0.0)
     loads = o.triple("--force", force, "force", "N"), o.triple("--moment", moment, "moment", "N m")

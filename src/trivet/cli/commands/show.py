@@ -20,9 +20,9 @@ def run(
     out: Output,
 ) -> None:
     """Show a machine: its chains, dimensions and where the numbers come from; with --figure a 3-D picture at any pose."""
-    from trivet.cli.views import machine as view
     from trivet.errors import InputError
     from trivet.model import to_text
+    from trivet.views import machine as view
 
     chosen = choice.load()
     frame = at.frame(chosen)

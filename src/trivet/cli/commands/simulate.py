@@ -47,8 +47,8 @@ def run(
     out: DataOutput,
 ) -> None:
     """Let a machine go: how it moves under its weight, a load, and drives that are springs or push with constant forces."""
-    from trivet.cli.views import simulation as view
     from trivet.study.simulation import simulate
+    from trivet.views import simulation as view
 
     chosen = choice.load()
     length = o.quantity("--duration", duration, "time", "s", True)

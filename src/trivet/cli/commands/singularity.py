@@ -9,8 +9,8 @@ from trivet.cli.groups import At, Choice, Output
 
 def run(*, choice: Choice, at: At, mode: o.Mode = None, out: Output) -> None:
     """How near a pose is to a singularity, what would go wrong there, and how well forces are transmitted."""
-    from trivet.cli.views import singularity as view
     from trivet.study.singularity import singularity_report
+    from trivet.views import singularity as view
 
     chosen = choice.load()
     out.check()

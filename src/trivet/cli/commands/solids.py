@@ -54,10 +54,10 @@ def run(
     out: DataOutput,
 ) -> None:
     """Are beams good enough: natural frequencies and dynamic stiffness with beams, and with solid bodies in their place."""
-    from trivet.cli.views import solids as view
     from trivet.files import check_writable
     from trivet.interop.calculix import check_ending, write_calculix
     from trivet.study.solid_check import solid_check
+    from trivet.views import solids as view
 
     chosen = choice.load(model)
     lowest, highest = (o.quantity(name, text, "frequency", "Hz", True) for name, text in (("--from", low), ("--to", high)))

@@ -45,11 +45,11 @@ def run(
     out: DataOutput,
 ) -> None:
     """How far machines can tilt while they touch a sphere, with the best roll; pose by pose, and connected to home."""
-    from trivet.cli.views import tilt as view
     from trivet.reach.neutral import Reference
     from trivet.study.comparison import PAPER_MACHINES
     from trivet.study.machines import choose, parse_settings
     from trivet.study.tilt import tilts
+    from trivet.views import tilt as view
 
     changes = parse_settings(settings or [])
     chosen = [choose(name, changes) for name in machines or PAPER_MACHINES]

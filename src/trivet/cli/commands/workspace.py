@@ -53,12 +53,12 @@ def run(
     out: DataOutput,
 ) -> None:
     """Where the platform centre of machines can go, and how large that is; or how the platform can lean at one place."""
-    from trivet.cli.views import workspace as view
     from trivet.errors import InputError
     from trivet.reach.neutral import Reference
     from trivet.study.comparison import PAPER_MACHINES
     from trivet.study.machines import choose, parse_settings
     from trivet.study.workspace import KINDS, Kind, orientation_workspace, workspaces
+    from trivet.views import workspace as view
 
     if kind not in (*KINDS, ORIENTATION):
         raise InputError(f"--kind {kind}: expected one of {', '.join((*KINDS, ORIENTATION))}")

@@ -32,10 +32,10 @@ def run(
     out: DataOutput,
 ) -> None:
     """How alike measured responses and those of a machine are: FRAC and FAAC, CSAC and CSF, modes by MAC."""
-    from trivet.cli.views import correlation as view
     from trivet.errors import InputError
     from trivet.measure.files.by_suffix import read_functions
     from trivet.study.correlate import MappedPoints, ShownCorrelation, correlate
+    from trivet.views import correlation as view
 
     low, high = test.ends()
     if entry and not out.figure:

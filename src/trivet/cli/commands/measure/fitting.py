@@ -30,9 +30,9 @@ def run(
     out: DataOutput,
 ) -> None:
     """Modes of measured responses: frequencies and dampings with intervals, shapes, participation."""
-    from trivet.cli.views import modal_fit as view
     from trivet.measure.files.by_suffix import read_functions
     from trivet.measure.modal.fitting import fit_modes
+    from trivet.views import modal_fit as view
 
     ends = [o.quantity(name, text, "frequency", "Hz", True) for name, text in (("--from", low), ("--to", high))]
     wanted = None if poles is None else _frequencies(poles)

@@ -31,12 +31,12 @@ def run(
     out: DataOutput,
 ) -> None:
     """Read measured frequency responses, tell what they are, and keep them together in one file."""
-    from trivet.cli.views import imported as view
     from trivet.errors import InputError
     from trivet.files import check_writable
     from trivet.measure.files.several import import_files
     from trivet.measure.files.suffixes import UNIVERSAL
     from trivet.measure.universal.writing import write_universal
+    from trivet.views import imported as view
 
     if write is None and binary:
         raise InputError("--binary: is for the file of --write, which is missing")

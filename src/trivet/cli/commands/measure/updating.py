@@ -55,11 +55,11 @@ def run(
     out: DataOutput,
 ) -> None:
     """Numbers of a machine corrected by measured responses: what they become, how sure they are, what cannot be told apart."""
-    from trivet.cli.views import update as view
     from trivet.files import check_writable
     from trivet.measure.files.by_suffix import read_functions
     from trivet.model import write as write_machine
     from trivet.study.update import update
+    from trivet.views import update as view
 
     low, high = test.ends()
     out.check()

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from trivet.chatter.cut import Cut
-from trivet.cli.views.layout import reached, table, where
-from trivet.cli.views.si import finite, pose_keys
 from trivet.kinematics.mode import mode_words
 from trivet.study.lobes import LOWEST, RPM, Checked, Lobes, LobesAlong
+from trivet.views.layout import reached, table, where
+from trivet.views.si import finite, pose_keys
 
 SHOWN = 10
 """Rows of a table over speeds."""

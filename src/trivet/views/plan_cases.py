@@ -7,9 +7,9 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from trivet.cli.views.layout import table
-from trivet.cli.views.plan_words import gap_number, in_unit, rules_words, travel_number
 from trivet.study.plan import Plan, PlanStudy
+from trivet.views.layout import table
+from trivet.views.plan_words import gap_number, in_unit, rules_words, travel_number
 
 ALIKE = 1e-6
 """Ways whose values differ by less, in parts, are equal: in modes that only name the chains differently."""

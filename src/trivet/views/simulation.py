@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from trivet.cli.views.dynamics import loaded
-from trivet.cli.views.layout import beside, fixed, table, where
-from trivet.cli.views.si import finite, pose_keys
 from trivet.study.dynamics import force_units
 from trivet.study.simulation import LAW_WORDS, Simulation
+from trivet.views.dynamics import loaded
+from trivet.views.layout import beside, fixed, table, where
+from trivet.views.si import finite, pose_keys
 
 STILL = 1e-9
 """Speed (m/s, rad/s) of a machine that stands."""

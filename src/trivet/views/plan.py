@@ -7,9 +7,14 @@ import shlex
 from collections.abc import Iterator
 from typing import Any
 
-from trivet.cli.views.layout import table
-from trivet.cli.views.plan_cases import cases
-from trivet.cli.views.plan_words import (
+from trivet.kinematics.inverse import branches
+from trivet.kinematics.mode import mode_words, parse_mode
+from trivet.study.advice import Change
+from trivet.study.closest import Drives
+from trivet.study.plan import Plan, PlanStudy
+from trivet.views.layout import table
+from trivet.views.plan_cases import cases
+from trivet.views.plan_words import (
     clearance_words,
     met_json,
     proof_json,
@@ -19,13 +24,8 @@ from trivet.cli.views.plan_words import (
     travel_words,
     value_words,
 )
-from trivet.cli.views.si import finite
-from trivet.cli.views.tilt import free_cones
-from trivet.kinematics.inverse import branches
-from trivet.kinematics.mode import mode_words, parse_mode
-from trivet.study.advice import Change
-from trivet.study.closest import Drives
-from trivet.study.plan import Plan, PlanStudy
+from trivet.views.si import finite
+from trivet.views.tilt import free_cones
 
 SHOWN = 40
 """Rows of a table, at most."""

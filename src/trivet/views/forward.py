@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from trivet.cli.views.layout import decimals, plain_number, table
-from trivet.cli.views.si import finite, pose_keys
 from trivet.kinematics.forward import Forward, drive_elements
+from trivet.views.layout import decimals, plain_number, table
+from trivet.views.si import finite, pose_keys
 
 
 def tables(result: Forward) -> list[Any]:

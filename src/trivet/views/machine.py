@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from trivet.cli.views.layout import table
-from trivet.cli.views.si import finite
 from trivet.kinematics.jacobian import is_driven
 from trivet.model import Machine, dimensions, document_of
+from trivet.views.layout import table
+from trivet.views.si import finite
 
 
 def catalogue_table(machines: list[Machine]) -> list[Any]:

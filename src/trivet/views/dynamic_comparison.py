@@ -7,10 +7,10 @@ from typing import Any
 
 from rich.table import Table
 
-from trivet.cli.views.layout import table
-from trivet.cli.views.si import finite, minima_json
 from trivet.study.dynamic_comparison import AS_DESCRIBED, TRANSLATIONS, DynamicComparison, MinimumStiffness
 from trivet.study.frf import Minimum
+from trivet.views.layout import table
+from trivet.views.si import finite, minima_json
 
 
 def tables(result: DynamicComparison) -> Iterator[Any]:

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from trivet.cli.views.layout import table
-from trivet.cli.views.si import finite
 from trivet.kinematics.mode import mode_words
 from trivet.study.workspace import KINDS, OrientationReport, WorkspaceReport, WorkspaceStudy
+from trivet.views.layout import table
+from trivet.views.si import finite
 
 CM3 = 1e6
 

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from trivet.cli.views.layout import reached, table, where
-from trivet.cli.views.si import finite, minima_json, pose_keys
 from trivet.solids.parts import Solid
 from trivet.study.response_summary import unit_of_stiffness
 from trivet.study.solid_check import COARSER, SolidCheck
+from trivet.views.layout import reached, table, where
+from trivet.views.si import finite, minima_json, pose_keys
 
 ENDS = {"plane": "stay plane", "rigid": "are rigid", "mean": "follow in the mean"}
 

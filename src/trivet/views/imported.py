@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from trivet.cli.views.layout import more, table
-from trivet.cli.views.si import finite, functions_json
 from trivet.measure.imported import Imported
+from trivet.views.layout import more, table
+from trivet.views.si import finite, functions_json
 
 ROWS = 40
 """Of a table, at most."""

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from trivet.cli.views.dynamics import loaded, unweighed
-from trivet.cli.views.layout import beside, fixed, table
-from trivet.cli.views.si import finite, pose_keys
 from trivet.kinematics.mode import mode_words
 from trivet.study.motion import DriveSizing, MotionReport, Peak
+from trivet.views.dynamics import loaded, unweighed
+from trivet.views.layout import beside, fixed, table
+from trivet.views.si import finite, pose_keys
 
 
 def tables(report: MotionReport) -> Iterator[Any]:

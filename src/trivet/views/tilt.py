@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from trivet.cli.views.layout import table
-from trivet.cli.views.si import finite
 from trivet.kinematics.mode import mode_words
 from trivet.model import Machine
 from trivet.reach.neutral import REFERENCES
 from trivet.study.tilt import TiltReport, TiltStudy
+from trivet.views.layout import table
+from trivet.views.si import finite
 
 
 def tables(study: TiltStudy) -> Iterator[Any]:

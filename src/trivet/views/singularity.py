@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from trivet.cli.views.layout import table, where
-from trivet.cli.views.si import finite, pose_keys
 from trivet.kinematics.singularity import motion_words
 from trivet.study.singularity import SingularityReport
+from trivet.views.layout import table, where
+from trivet.views.si import finite, pose_keys
 
 
 def tables(report: SingularityReport) -> list[Any]:

@@ -6,13 +6,13 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from trivet.cli.views.layout import more, table
-from trivet.cli.views.likeness import criteria, idle, means
-from trivet.cli.views.si import finite, functions_json
 from trivet.measure.correction.identifiability import Direction, NextPoint
 from trivet.measure.machine.parameters import LOSS_FACTOR
 from trivet.model.quantity import Quantity
 from trivet.study.update import Compared, Update
+from trivet.views.layout import more, table
+from trivet.views.likeness import criteria, idle, means
+from trivet.views.si import finite, functions_json
 
 ROWS = 12
 """Rows of a table of functions or places, at most."""

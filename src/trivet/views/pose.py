@@ -8,11 +8,11 @@ from typing import Any
 
 from rich.table import Table
 
-from trivet.cli.views.layout import reached, table, where
-from trivet.cli.views.si import diagonal_key, finite
 from trivet.statics.load import LoadResult
 from trivet.statics.objective import AXES
 from trivet.study.pose import PoseReport
+from trivet.views.layout import reached, table, where
+from trivet.views.si import diagonal_key, finite
 
 NEAREST = 3
 """Pairs of bodies that a table shows."""

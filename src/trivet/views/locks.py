@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from trivet.cli.views.layout import fixed, more, plain_number, table
-from trivet.cli.views.si import finite, pose_keys
 from trivet.kinematics.drive_rates import MOST_RATE
 from trivet.kinematics.mode import mode_words
 from trivet.model import Machine
@@ -20,6 +18,8 @@ from trivet.study.lock_best import Binding, LockAdvice, WorstPose
 from trivet.study.lock_measures import Measure
 from trivet.study.locks import LockSet, LockSets
 from trivet.study.redundant import RedundantPath
+from trivet.views.layout import fixed, more, plain_number, table
+from trivet.views.si import finite, pose_keys
 
 SHOWN, FEW = 12, 8
 """Rows of a table of places along a path, and of lock sets."""

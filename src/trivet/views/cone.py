@@ -8,8 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from trivet.cli.views.layout import table
-from trivet.cli.views.plan_words import (
+from trivet.kinematics.mode import mode_words
+from trivet.study.cone import ConePlan
+from trivet.study.roll_grid import Along
+from trivet.views.layout import table
+from trivet.views.plan_words import (
     clearance_words,
     met_json,
     proof_json,
@@ -19,10 +22,7 @@ from trivet.cli.views.plan_words import (
     travel_words,
     value_words,
 )
-from trivet.cli.views.si import finite
-from trivet.kinematics.mode import mode_words
-from trivet.study.cone import ConePlan
-from trivet.study.roll_grid import Along
+from trivet.views.si import finite
 
 SHOWN = 13
 """Azimuths of the table, about."""

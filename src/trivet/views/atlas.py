@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from trivet.cli.views.layout import table
-from trivet.cli.views.si import finite
 from trivet.kinematics.mode import mode_words
 from trivet.study.atlas import Atlas
 from trivet.study.response_summary import unit_of_least
+from trivet.views.layout import table
+from trivet.views.si import finite
 
 
 def tables(result: Atlas) -> list[Any]:

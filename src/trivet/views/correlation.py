@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from trivet.cli.views.layout import more, table, where
-from trivet.cli.views.likeness import criteria, idle, means
-from trivet.cli.views.si import channel_keys, finite, functions_json, pose_keys
 from trivet.kinematics.mode import mode_text
 from trivet.measure.correlation import mean
 from trivet.measure.machine.setup import Placed, Site
 from trivet.space.pose import zyz_angles
 from trivet.study.correlate import Correlation, ModesBeside, ShownCorrelation, distances
+from trivet.views.layout import more, table, where
+from trivet.views.likeness import criteria, idle, means
+from trivet.views.si import channel_keys, finite, functions_json, pose_keys
 
 ROWS = 40
 """Rows of a table, at most."""

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from trivet.cli.views.layout import table
-from trivet.cli.views.si import finite
 from trivet.kinematics.mode import mode_words
 from trivet.study.singularity_map import SingularityMap
+from trivet.views.layout import table
+from trivet.views.si import finite
 
 
 def tables(result: SingularityMap) -> list[Any]:

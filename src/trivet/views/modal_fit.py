@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from trivet.cli.views.layout import more, table
-from trivet.cli.views.si import channel_keys, finite, function_keys
 from trivet.measure.modal.model import CONFIDENCE, ModalFit
+from trivet.views.layout import more, table
+from trivet.views.si import channel_keys, finite, function_keys
 
 FUNCTIONS = 12
 """Of the table of functions, the worst first."""

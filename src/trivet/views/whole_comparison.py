@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from trivet.cli.views import comparison, dynamic_comparison
 from trivet.study.whole_comparison import WholeComparison
+from trivet.views import comparison, dynamic_comparison
 
 
 def tables(result: WholeComparison) -> Iterator[Any]:

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from trivet.cli.views.si import diagonal_key, finite
-from trivet.cli.views.tilt import free_cones
 from trivet.reach.certificate import Demand, Proof
 from trivet.reach.touch import Touch
 from trivet.study.closest import Closest, aims_at, governing
 from trivet.study.roll_grid import Aim, Along, Rules, met
+from trivet.views.si import diagonal_key, finite
+from trivet.views.tilt import free_cones
 
 
 def value_words(rules: Rules, samples: Along, sample: int) -> str:

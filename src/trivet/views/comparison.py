@@ -7,11 +7,11 @@ from typing import Any
 
 from rich.table import Table
 
-from trivet.cli.views.layout import table
-from trivet.cli.views.si import finite
-from trivet.cli.views.stiffness_map import points_table, statistics_json, statistics_table
 from trivet.kinematics.mode import mode_words
 from trivet.study.comparison import CAVEATS, Comparison
+from trivet.views.layout import table
+from trivet.views.si import finite
+from trivet.views.stiffness_map import points_table, statistics_json, statistics_table
 
 
 def tables(result: Comparison) -> Iterator[Any]:

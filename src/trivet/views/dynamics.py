@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from trivet.cli.views.layout import beside, reached, table, where
-from trivet.cli.views.si import finite, pose_keys
 from trivet.dynamics.sensitivity import Slopes
 from trivet.kinematics.jacobian import actuators
 from trivet.model import Machine
 from trivet.model.elements import Joint
 from trivet.study.dynamics import DynamicsReport, Loading
+from trivet.views.layout import beside, reached, table, where
+from trivet.views.si import finite, pose_keys
 
 NEAR_SINGULAR = "near a singularity, where forces grow without bound (trivet singularity tells more)"
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from trivet.cli.views.layout import reached, table, where
-from trivet.cli.views.si import finite, minima_json, pose_keys
 from trivet.study.response_summary import ShownResponse, unit_of_stiffness
+from trivet.views.layout import reached, table, where
+from trivet.views.si import finite, minima_json, pose_keys
 
 
 def tables(shown: ShownResponse) -> Iterator[Any]:

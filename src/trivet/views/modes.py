@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from trivet.cli.views.layout import reached, table, where
-from trivet.cli.views.si import finite, pose_keys
 from trivet.study.mode_summary import summaries, total_mass
 from trivet.study.modes import ModesReport
+from trivet.views.layout import reached, table, where
+from trivet.views.si import finite, pose_keys
 
 
 def tables(report: ModesReport) -> list[Any]:

@@ -7,12 +7,12 @@ from typing import Any
 
 from rich.table import Table
 
-from trivet.cli.views.layout import table
-from trivet.cli.views.si import diagonal_key, finite
 from trivet.kinematics.mode import mode_words
 from trivet.study.comparison import FREE, HELD
 from trivet.study.statistics import moments
 from trivet.study.stiffness_map import StiffnessMap
+from trivet.views.layout import table
+from trivet.views.si import diagonal_key, finite
 
 
 def tables(result: StiffnessMap) -> list[Any]:

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from trivet.cli.views.layout import table
-from trivet.cli.views.si import finite, pose_keys
 from trivet.kinematics.mode import mode_words
 from trivet.study.mode_paths import ModePaths
 from trivet.study.mode_summary import motion_words
+from trivet.views.layout import table
+from trivet.views.si import finite, pose_keys
 
 WORDS = {"cross": "cross", "touch": "touch", "veer": "veer, exchange shapes"}
 SHOWN = 40
