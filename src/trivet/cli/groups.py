@@ -261,7 +261,7 @@ class Output:
         output.check_files(self.figure or [], None, self.overwrite)
 
     def say(self, result: Any, view: Any, *more: Any) -> None:
-        """Print a result by its view, a module of `trivet.views` with `tables` and `as_json` of the result and of what is more."""
+        """Print a result by its view: a module of `trivet.views`, `tables` and `as_json` of the result and of what is more."""
         if self.as_json:
             output.print_json(view.as_json(result, *more))
         else:
