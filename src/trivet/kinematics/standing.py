@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 
 from trivet.errors import NoResultError
@@ -12,7 +14,7 @@ from trivet.kinematics.inverse import inverse
 from trivet.kinematics.walk import Posture, walk_from
 from trivet.model import Leg, Machine
 from trivet.model.elements import Element
-from trivet.space.frame import Frame
+from trivet.space.frame import IDENTITY, Frame
 from trivet.space.pose import zyz_frame
 
 
@@ -65,3 +67,55 @@ def stand(machine: Machine, pose: Frame, signs: Any) -> tuple[Standing, ...]:
         steps = walk_from(leg.base_frame(), leg.chain.elements, posture.coordinates)
         found.append(Standing(leg, posture, tuple(steps)))
     return tuple(found)
+
+
+class Bodies(NamedTuple):
+    """Where all bodies of a machine are."""
+
+    frames: Any
+    """(n, 4, 3) origin (m) and axes in {O}: of the ground, of the platform, then of every element of every chain, where it
+    starts and where it ends (`GROUND`, `PLATFORM`, `starts`)."""
+    reach: Any
+    """(n_chains,) below zero where a chain cannot close (m^2)."""
+
+
+GROUND, PLATFORM = 0, 1
+"""Numbers of the first two frames."""
+
+
+def starts(machine: Machine) -> tuple[int, ...]:
+    """Per chain the number of the frame in which its first element starts; the next is where it ends, and so on."""
+    numbers = [2]
+    for leg in machine.legs:
+        numbers.append(numbers[-1] + 2 * len(leg.chain.elements))
+    return tuple(numbers[:-1])
+
+
+def bodies(machine: Machine, pose: Frame, signs: Any) -> Bodies:
+    """Where all bodies of a machine are at one pose of floats; what does not reach is NaN.
+
+    Args:
+        machine, pose, signs: as for `postures`.
+
+    Raises:
+        NoResultError: a chain does not close numerically.
+    """
+    legs = machine.legs
+    found = Bodies(*_closed(legs, pose, signs)) if signs is not None else _placed(legs, pose, postures(machine, pose, None))
+    return Bodies(np.asarray(found.frames), np.asarray(found.reach))
+
+
+@jax.jit
+def _closed(legs: tuple[Leg, ...], pose: Frame, signs: Any) -> Bodies:
+    return _placed(legs, pose, tuple(inverse(leg, pose, signs[index]) for index, leg in enumerate(legs)))
+
+
+def _placed(legs: tuple[Leg, ...], pose: Frame, found: tuple[Posture, ...]) -> Bodies:
+    frames = [IDENTITY, pose]
+    for leg, posture in zip(legs, found, strict=True):
+        steps = walk_from(leg.base_frame(), leg.chain.elements, posture.coordinates)
+        for element, frame, coordinate in steps[:-1]:
+            frames += [frame, element.advance(frame, coordinate)]
+        frames += [steps[-1][1], pose.place(leg.platform_frame())]
+    table = [[[jnp.asarray(c, dtype=float) for c in v] for v in frame] for frame in frames]
+    return Bodies(jnp.array(table), jnp.array([posture.reach for posture in found]))

@@ -10,7 +10,7 @@ import numpy as np
 
 from trivet.kinematics.mode import mode_text, parse_mode
 from trivet.kinematics.singularity import Motion
-from trivet.kinematics.standing import home_pose, stand
+from trivet.kinematics.standing import GROUND, PLATFORM, home_pose, stand, starts
 from trivet.kinematics.walk import Coordinate
 from trivet.model import Leg, Machine
 from trivet.model.elements import (
@@ -82,11 +82,12 @@ def scene(machine: Machine, pose: Frame | None = None, mode: str | None = None, 
     joints: list[Label] = []
     frames: list[Label] = []
     first: set[str] = set()
-    for leg, steps in stands:
-        found += _rails(leg, steps, unit)
-        found += _bodies(machine, leg, steps)
-        markers = {shape.name: shape for shape in _joints(leg, steps, unit)}
-        found += _joints(leg, steps, unit)
+    for (leg, steps), start in zip(stands, starts(machine), strict=True):
+        found += _rails(leg, steps, start, unit)
+        found += _bodies(machine, leg, steps, start)
+        marking = list(_joints(leg, steps, start, unit))
+        markers = {shape.name: shape for shape in marking}
+        found += marking
         joints += [Label(name, (shape.start + shape.end) / 2) for name, shape in markers.items()]
         first |= markers.keys() if leg.rotation == 0 else set()
         frames.append(Label(leg.name, _foot(steps, unit)))
@@ -94,9 +95,9 @@ def scene(machine: Machine, pose: Frame | None = None, mode: str | None = None, 
     found += _declared(machine, stands, pose)
     size = 0.5 * max(float(np.ptp(np.concatenate([s.rings.reshape(-1, 3) for s in found]), axis=0).max()), 1e-3)
     if motion is not None:
-        found += _arrow(motion, pose, 0.7 * size)
-    for name, frame, reach in (("O", IDENTITY, 0.3 * size), ("E", pose, 0.22 * size)):
-        found += _triad(name, frame, reach)
+        found += arrow(motion, pose, 0.7 * size)
+    for number, (name, frame, reach) in enumerate((("O", IDENTITY, 0.3 * size), ("E", pose, 0.22 * size))):
+        found += (shape.on(number) for shape in _triad(name, frame, reach))
         frames += [Label(f"{{{name}}}", _point(frame))] + [
             Label(f"{axis}{'' if name == 'O' else '_E'}", _point(frame) + 1.12 * reach * column)
             for axis, column in zip("xyz", _axes(frame).T, strict=True)
@@ -154,33 +155,35 @@ def _ground(machine: Machine, unit: float) -> Iterator[Shape]:
         yield shapes.plate("base", "ground", rim - (0, 0, unit / 2), np.array((0.0, 0.0, 1.0)), unit / 4)
 
 
-def _rails(leg: Leg, steps: list[Step], unit: float) -> Iterator[Shape]:
+def _rails(leg: Leg, steps: list[Step], start: int, unit: float) -> Iterator[Shape]:
     """The guides along which joints slide, over their travel."""
-    for element, frame, _ in steps:
+    for number, (element, frame, _) in enumerate(steps):
+        carrier = start + 2 * number
         name, size = f"{leg.name}.{element.name}", (0.35 * unit, 0.35 * unit)
         if isinstance(element, Curvilinear):
             low, high = (-math.pi, math.pi) if element.travel is None else element.travel
             angles = np.linspace(float(low), float(high), max(3, round((float(high) - float(low)) * 20)))
             around = np.stack([np.cos(angles), np.sin(angles)], axis=1) * float(element.radius)
             axes = _axes(frame)
-            yield shapes.curve(name, "guide", _point(frame) + around @ axes[:, :2].T, axes[:, 2], size)
+            yield shapes.curve(name, "guide", _point(frame) + around @ axes[:, :2].T, axes[:, 2], size).on(carrier)
         elif isinstance(element, Prismatic) and element.travel is not None and not _barrel(element):
             ends = [_point(element.advance(frame, float(limit))) for limit in element.travel]
-            yield shapes.bar(name, "guide", ends[0], ends[1], size, is_round=False)
+            yield shapes.bar(name, "guide", ends[0], ends[1], size, is_round=False).on(carrier)
 
 
-def _bodies(machine: Machine, leg: Leg, steps: list[Step]) -> Iterator[Shape]:
+def _bodies(machine: Machine, leg: Leg, steps: list[Step], start: int) -> Iterator[Shape]:
     """Links: beams, the extended parts of slides, and rigid offsets."""
-    for element, frame, coordinate in steps:
+    for number, (element, frame, coordinate) in enumerate(steps):
+        carrier = start + 2 * number
         name = f"{leg.name}.{element.name}"
         if isinstance(element, Beam):
-            yield _link(machine, name, frame, element.axis, float(element.length), element.profile)
+            yield _link(machine, name, frame, element.axis, float(element.length), element.profile).on(carrier)
         elif isinstance(element, Prismatic) and element.beam is not None and float(coordinate) != 0:
-            yield _link(machine, name, frame, element.axis, float(coordinate), element.beam)
+            yield _link(machine, name, frame, element.axis, float(coordinate), element.beam).on(carrier, carrier + 1)
         elif isinstance(element, Offset):
-            start, end = _point(frame), _point(element.advance(frame))
-            if np.any(start != end):
-                yield shapes.bar(name, "link", start, end, (0.5 * _unit(machine),) * 2, is_round=False)
+            one, other = _point(frame), _point(element.advance(frame))
+            if np.any(one != other):
+                yield shapes.bar(name, "link", one, other, (0.5 * _unit(machine),) * 2, is_round=False).on(carrier)
 
 
 def _link(machine: Machine, name: str, frame: Frame, axis: Any, length: float, profile: Profile) -> Shape:
@@ -191,31 +194,32 @@ def _link(machine: Machine, name: str, frame: Frame, axis: Any, length: float, p
     return shapes.bar(name, "link", start, start + along * length, size, outline.is_round, side)
 
 
-def _joints(leg: Leg, steps: list[Step], unit: float) -> Iterator[Shape]:
+def _joints(leg: Leg, steps: list[Step], start: int, unit: float) -> Iterator[Shape]:
     """Joints as markers: carriages and sliders, barrels of telescopes, pins of hinges, balls."""
     stage = 0
-    for element, frame, coordinate in steps:
+    for number, (element, frame, coordinate) in enumerate(steps):
+        carrier = start + 2 * number
         name, role = f"{leg.name}.{element.name}", _role(element)
         place = _beyond(element, frame, coordinate)
         centre, axes = _point(place), _axes(place)
         if isinstance(element, Prismatic) and _barrel(element):
-            start = _point(frame)
+            foot = _point(frame)
             along = np.array([float(c) for c in frame.direction(element.axis)])
-            yield shapes.bar(name, role, start, start + along * _barrel(element), (1.5 * unit, 1.5 * unit))
+            yield shapes.bar(name, role, foot, foot + along * _barrel(element), (1.5 * unit, 1.5 * unit)).on(carrier)
         elif isinstance(element, (Curvilinear, Prismatic)):
             # Stages on stages: each smaller and thicker than the one below, so that all are seen where they coincide.
             edge, thick = (2.2 - 0.4 * stage) * unit, (0.5 + 0.2 * stage) * unit
             upright = isinstance(element, Prismatic) and abs(element.axis[2]) > 0.7
-            yield shapes.block(name, role, centre, axes, (edge, edge, edge if upright else thick))
+            yield shapes.block(name, role, centre, axes, (edge, edge, edge if upright else thick)).on(carrier + 1)
             stage += 1
         elif isinstance(element, Revolute):
             axis = np.array([float(c) for c in frame.direction(element.axis)])
-            yield shapes.pin(name, role, centre, axis, 2.5 * unit, 0.9 * unit)
+            yield shapes.pin(name, role, centre, axis, 2.5 * unit, 0.9 * unit).on(carrier)
         elif isinstance(element, Universal):
-            for axis in _cross(element, frame, coordinate):
-                yield shapes.pin(name, role, centre, axis, 2.2 * unit, 0.7 * unit)
+            for arm, axis in enumerate(_cross(element, frame, coordinate)):
+                yield shapes.pin(name, role, centre, axis, 2.2 * unit, 0.7 * unit).on(carrier + arm)
         elif isinstance(element, Spherical):
-            yield shapes.ball(name, role, centre, 0.65 * unit)
+            yield shapes.ball(name, role, centre, 0.65 * unit).on(carrier)
 
 
 def _cross(joint: Universal, frame: Frame, coordinate: Coordinate) -> list[Array]:
@@ -233,10 +237,10 @@ def _platform(machine: Machine, pose: Frame, unit: float) -> Iterator[Shape]:
         rim = np.array([_point(leg.platform_frame()) for leg in machine.legs])
         rim, thickness = rim[np.argsort(np.arctan2(rim[:, 1], rim[:, 0]))], 0.3 * unit
     if len(rim) >= 3:
-        yield shapes.plate("platform", "platform", centre + rim @ axes.T, axes[:, 2], thickness)
+        yield shapes.plate("platform", "platform", centre + rim @ axes.T, axes[:, 2], thickness).on(PLATFORM)
     if platform.tool_tip is not None:
         tip = _point(pose.shift(platform.tool_tip))
-        yield shapes.cone("tool", "tool", centre, tip, 0.8 * unit)
+        yield shapes.cone("tool", "tool", centre, tip, 0.8 * unit).on(PLATFORM)
     if machine.workpiece is not None:
         middle = np.array((0.0, 0.0, float(machine.workpiece.height)))
         yield shapes.dome("workpiece", "workpiece", middle, float(machine.workpiece.radius))
@@ -244,25 +248,29 @@ def _platform(machine: Machine, pose: Frame, unit: float) -> Iterator[Shape]:
 
 def _declared(machine: Machine, stands: list[tuple[Leg, list[Step]]], pose: Frame) -> Iterator[Shape]:
     """Shapes which the file gives to bodies, and fixtures; of meshes nothing is drawn."""
-    given: list[tuple[str, Role, Frame, Any]] = []
-    for leg, steps in stands:
+    given: list[tuple[str, Role, int, Frame, Any]] = []
+    for (leg, steps), start in zip(stands, starts(machine), strict=True):
         for index, (element, frame, coordinate) in enumerate(steps):
             is_last = index == len(steps) - 1
             beyond = pose.place(leg.platform_frame()) if is_last else element.advance(frame, coordinate)
-            given += [(f"{leg.name}.{element.name}", "link", beyond, own) for own in element.shapes or ()]
-    given += [("platform", "tool", pose, own) for own in machine.platform.shapes or ()]
-    given += [(name, "ground", IDENTITY, own) for name, shapes_ in machine.fixtures.items() for own in shapes_]
-    for name, role, frame, own in given:
-        place = shape_in(own, frame)
-        if isinstance(place, Box):
-            yield shapes.block(name, role, _point(place.frame), _axes(place.frame), tuple(2 * float(h) for h in place.half))  # type: ignore[arg-type]
-        elif isinstance(place, Capsule):
-            start, end, radius = (np.array([float(c) for c in v]) for v in (place.start, place.end, (place.radius,)))
-            width = 2 * float(radius[0])
-            if np.any(start != end):
-                yield shapes.bar(name, role, start, end, (width, width))
-            for centre in (start, end):
-                yield shapes.ball(name, role, centre, width / 2)
+            carrier = start + 2 * index + 1
+            given += [(f"{leg.name}.{element.name}", "link", carrier, beyond, own) for own in element.shapes or ()]
+    given += [("platform", "tool", PLATFORM, pose, own) for own in machine.platform.shapes or ()]
+    given += [(name, "ground", GROUND, IDENTITY, own) for name, shapes_ in machine.fixtures.items() for own in shapes_]
+    for name, role, carrier, frame, own in given:
+        yield from (shape.on(carrier) for shape in _solid(name, role, shape_in(own, frame)))
+
+
+def _solid(name: str, role: Role, place: Any) -> Iterator[Shape]:
+    if isinstance(place, Box):
+        yield shapes.block(name, role, _point(place.frame), _axes(place.frame), tuple(2 * float(h) for h in place.half))  # type: ignore[arg-type]
+    elif isinstance(place, Capsule):
+        start, end, radius = (np.array([float(c) for c in v]) for v in (place.start, place.end, (place.radius,)))
+        width = 2 * float(radius[0])
+        if np.any(start != end):
+            yield shapes.bar(name, role, start, end, (width, width))
+        for centre in (start, end):
+            yield shapes.ball(name, role, centre, width / 2)
 
 
 def _triad(name: str, frame: Frame, reach: float) -> Iterator[Shape]:
@@ -274,7 +282,7 @@ def _triad(name: str, frame: Frame, reach: float) -> Iterator[Shape]:
         yield shapes.cone(f"{{{name}}} {letter}", role, neck, origin + reach * column, 3 * thick)
 
 
-def _arrow(motion: Motion, pose: Frame, reach: float) -> Iterator[Shape]:
+def arrow(motion: Motion, pose: Frame, reach: float) -> Iterator[Shape]:
     """An arrow from the platform centre along a translation, or along the axis of a turn, past its point nearest to there."""
     start = _point(pose) if motion.point is None else motion.point - 0.6 * reach * motion.direction
     tip, head, thick = start + 1.2 * reach * motion.direction, 0.12 * reach * motion.direction, 0.04 * reach

@@ -48,6 +48,12 @@ class Shape(NamedTuple):
     """Where it begins (3,), m: of a bar the middle of its first end, of a joint its centre."""
     end: Array
     """Where it ends (3,), m."""
+    carriers: tuple[int, int] = (0, 0)
+    """With which of the frames of `kinematics.standing.Bodies` its first ring moves, and its last one; the ground's is 0."""
+
+    def on(self, first: int, last: int | None = None) -> Shape:
+        """The shape as what moves with a frame, or with two where it is drawn out between them."""
+        return self._replace(carriers=(first, first if last is None else last))
 
     def mesh(self) -> tuple[Array, Array]:
         """Vertices (n, 3) in m and triangles (m, 3) of vertex numbers."""
