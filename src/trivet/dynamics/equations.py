@@ -244,7 +244,7 @@ def forces_of(task: TaskSpace, acceleration: Array, load: Wrench, length: Scalar
 
 
 def forward_dynamics(task: TaskSpace, forces: Array, load: Wrench) -> Array:
-    """Vdot (n, 6) under actuator forces (n, 6) in the order of Q and a load on the platform: Eq (17) solved for it."""
+    """Vdot (n, 6) under actuator forces (n, 6) in the order of Q and a load on the platform, by Eqs (17) and (22)."""
     given = jnp.einsum("nia,ni->na", task.jacobian, forces) + _array(load, task.coriolis.shape[:1])
     right = given - task.coriolis - task.gravity - task.friction
     return eliminated(task.inertia, right[..., None])[0][..., 0]

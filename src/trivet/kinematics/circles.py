@@ -1,9 +1,10 @@
-"""The three-circles problem: points on three circles at given distances from each other, all complex solutions of it.
+"""The three-circles problem (paper Eqs 7-9): points on three circles at given distances, all complex solutions of it.
 
 With its actuators locked a machine of three chains holds every platform joint on a circle.  Where the joints can be, so that
-the platform fits between them, are the assembly modes.  The three equations are bi-quadratic in z_i = exp(i phi_i) and have
-16 solutions by Bernstein's theorem (the permanent of their degrees), fewer where some lie at infinity; see `_expected`.
-A problem is complete when as many solutions are proved to exist apart from each other.
+the platform fits between them, are the assembly modes.  The three equations are bi-quadratic in z_i = exp(i phi_i), which has
+no pole where the paper's tan(phi_i / 2) has one.  They have 16 solutions by Bernstein's theorem (the permanent of their
+degrees), fewer where some lie at infinity; see `_expected`.  A problem is complete when as many solutions are proved to exist
+apart from each other.
 """
 
 from __future__ import annotations

@@ -157,12 +157,12 @@ def per_chain(machine: Machine, pose: Frame, signs: Scalar, work: Callable[[Leg,
 
 
 def arm_of(leg: Leg, pose: Frame) -> Vec:
-    """From the platform centre to the platform joint of a chain, in {O} (m)."""
+    """From the platform centre to the platform joint of a chain, in {O} (m): R P of paper Eq 1."""
     return pose.direction(leg.platform_frame().origin)
 
 
 def inverse_jacobian(machine: Machine, pose: Frame, signs: Scalar) -> Scalar:
-    """Geometric inverse Jacobian: Qdot = J_G^-1 V, (n_actuators, 6), rad/s and m/s per m/s and rad/s.
+    """Geometric inverse Jacobian (Eqs 23 and 34): Qdot = J_G^-1 V, (n_actuators, 6), rad/s and m/s per m/s and rad/s.
 
     Raises:
         InputError: when the actuators are not as many as the wrenches which the chains transmit (a redundant machine).
@@ -235,7 +235,7 @@ def homogenised_inverse(machine: Machine, pose: Frame, signs: Scalar) -> Scalar:
 
 
 def determinants(machine: Machine, pose: Frame, signs: Scalar) -> Determinants:
-    """Determinants at one pose.
+    """Determinants at one pose (Eq 35).
 
     Raises:
         InputError: for a machine without six actuators and six constraints.

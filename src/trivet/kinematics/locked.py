@@ -62,7 +62,7 @@ def _order(leg: Leg) -> str | None:
 
 
 def ball_point(leg: Leg, values: dict[str, Scalar], angle: Angle) -> Vec:
-    """Where the ball of a chain is on its circle in {O}, or in {E} where balls come first, m.
+    """Where the ball of a chain is on its circle in {O} (paper Eq 6), or in {E} where balls come first, m.
 
     Args:
         leg: the chain.
@@ -82,7 +82,7 @@ def ball_point(leg: Leg, values: dict[str, Scalar], angle: Angle) -> Vec:
 
 
 def circle_of(leg: Leg, values: dict[str, Scalar]) -> tuple[Vec, Vec, Vec]:
-    """Centre, and vectors to the points at 0 and at 90 degrees, of the circle on which the ball of a chain moves, m."""
+    """Centre (Eq 5b), and vectors to the points at 0 and at 90 degrees, of the circle on which the ball of a chain moves, m."""
     at, opposite, aside = (ball_point(leg, values, Angle(c, s)) for c, s in ((1, 0), (-1, 0), (0, 1)))
     centre = (at + opposite) * 0.5
     return centre, (at - opposite) * 0.5, aside - centre
@@ -120,7 +120,7 @@ def by_leg(machine: Machine, values: Any) -> list[dict[str, Scalar]]:
 
 
 def triangle(machine: Machine, values: Any) -> tuple[Vec, Vec, Vec]:
-    """The three points whose distances the balls keep: platform joints in {E}, or feet in {O} where balls come first; m."""
+    """Three points whose distances the balls keep (Eq 7), m: platform joints in {E}, or feet in {O} where balls come first."""
     if not balls_first(machine):
         first, second, third = (leg.platform_frame().origin for leg in machine.legs)
     else:

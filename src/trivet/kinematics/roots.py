@@ -82,7 +82,7 @@ class Complex(NamedTuple):
 
 
 class Pair(NamedTuple):
-    """k + 2 Re(a u + b v + c u v + d u/v) of one pair of circles, u and v on the unit circle, continued to complex u, v."""
+    """k + 2 Re(a u + b v + c u v + d u/v) of two circles (Eq 8), u and v on the unit circle, continued to complex u, v."""
 
     constant: Scalar
     first: Complex

@@ -1,4 +1,4 @@
-"""The walk down a chain: the frame at every element, from the carriage of the first joint to the platform joint.
+"""The walk down a chain: the frame at every element, from the carriage of the first joint to the platform joint (paper Eq 5).
 
 The walk is written in the chain's own axes, which its guide carries along: there a circular guide has its axis along z, the
 carriage stands above the x axis, and a planar chain keeps its zeros.  A joint's screw is the same seen from either of the

@@ -1,4 +1,4 @@
-"""Platform poses: the frame {E} in {O}, R = Rz(alpha) Ry(beta) Rz(gamma)."""
+"""Platform poses: the frame {E} in {O}, R = Rz(alpha) Ry(beta) Rz(gamma) of the paper's Eq 1."""
 
 from __future__ import annotations
 

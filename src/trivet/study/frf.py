@@ -191,6 +191,8 @@ def minimum_dynamic_stiffness(
 ) -> list[Minimum]:
     """Minimum over frequency of 1/|H_jj| at the platform centre along and about x, y and z, structural damping.
 
+    It takes the place of the paper's Eq 38, see docs/vibration.md.
+
     Raises:
         InputError: for a range that does not rise from above zero, or no damping.
     """
