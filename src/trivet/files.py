@@ -6,6 +6,7 @@ import math
 import os
 import secrets
 import shutil
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -14,6 +15,12 @@ from trivet.errors import InputError
 
 _begun: set[str] = set()
 """Temporary files that are being written."""
+
+_borrowed: set[str] = set()
+"""Temporary folders that are in use."""
+
+_TRIES = 50
+"""How often it is begun anew to remove a folder when whoever is leaving is interrupted at it."""
 
 
 @contextmanager
@@ -60,11 +67,38 @@ def replacing(path: str | os.PathLike[str], *, overwrite: bool = False) -> Itera
         _begun.discard(str(temporary))
 
 
+@contextmanager
+def borrowed_folder() -> Iterator[Path]:
+    """An empty folder that vanishes when the block ends, however often its end is interrupted."""
+    folder = tempfile.mkdtemp(prefix="trivet-")
+    _borrowed.add(folder)
+    try:
+        yield Path(folder)
+    finally:
+        _clear_away(folder)
+        _borrowed.discard(folder)
+
+
+def _clear_away(folder: str) -> None:
+    """Remove a folder; an interruption meanwhile is raised when it is gone."""
+    interruption: BaseException | None = None
+    for _ in range(_TRIES):
+        try:
+            shutil.rmtree(folder, ignore_errors=True)
+            break
+        except (KeyboardInterrupt, SystemExit) as error:
+            interruption = error
+    if interruption is not None:
+        raise interruption
+
+
 def remove_begun() -> None:
-    """Remove the files that are being written: for who leaves without ending their blocks."""
+    """Remove the files that are being written and the folders in use: for who leaves without ending their blocks."""
     for name in list(_begun):
         with suppress(OSError):
             os.unlink(name)
+    for folder in list(_borrowed):
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def check_room(path: str | os.PathLike[str], size: float) -> None:

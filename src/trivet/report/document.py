@@ -36,13 +36,15 @@ class Picture(NamedTuple):
 
 
 class Plot(NamedTuple):
-    """A picture that can be turned, zoomed and asked for its values."""
+    """A picture that can be turned, zoomed and asked for its values; the caption says what its own title would."""
 
     caption: str
     alt: str
     """What is to be seen, for who cannot see it."""
     figure: Any
     """A plotly figure."""
+    still: bytes = b""
+    """The same as a PNG picture, for paper and for browsers that cannot draw it; made by the browser when not given."""
 
 
 class Listing(NamedTuple):

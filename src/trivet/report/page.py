@@ -89,11 +89,14 @@ def _hash(script: str) -> str:
 
 
 def _json(figure: Any) -> Any:
-    """A plotly figure within a script, where no text may look like its end."""
+    """A plotly figure as wide as the page, within a script, where no text may look like its end."""
     from markupsafe import Markup
 
     value = json.loads(figure.to_json())
-    value["layout"].pop("template", None)
+    layout = value["layout"]
+    for name in ("title", "width"):
+        layout.pop(name, None)
+    layout |= {"autosize": True, "paper_bgcolor": "white", "font": {"color": "black"} | layout.get("font", {})}
     return Markup(json.dumps(value, separators=(",", ":")).replace("<", "\\u003c"))
 
 

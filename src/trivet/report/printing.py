@@ -7,11 +7,11 @@ import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 from contextlib import suppress
 from pathlib import Path
 
 from trivet.errors import NoResultError, one_line
+from trivet.files import borrowed_folder
 
 BROWSERS = (
     "chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "microsoft-edge",
@@ -40,33 +40,33 @@ def find_browser() -> str:
 def print_page(page: str, path: Path) -> None:
     """Print a page (HTML) into a file; whoever interrupts it leaves no browser and no file behind."""
     browser = find_browser()
-    with tempfile.TemporaryDirectory(prefix="trivet-", ignore_cleanup_errors=True) as folder:
-        source, made = Path(folder, "page.html"), Path(folder, "page.pdf")
+    with borrowed_folder() as folder:
+        source, made = folder / "page.html", folder / "page.pdf"
         source.write_text(page, encoding="utf-8")
-        _run([browser, *_options(folder), f"--print-to-pdf={made}", source.as_uri()])
+        _run([browser, *_options(folder), f"--print-to-pdf={made}", source.as_uri()], folder / "said")
         if not made.is_file() or not made.stat().st_size:
             raise NoResultError(f"{browser}: has printed nothing; write .html and print that from any browser")
         shutil.copyfile(made, path)
 
 
-def _options(folder: str) -> list[str]:
+def _options(folder: Path) -> list[str]:
     """Of a browser that shows nothing, knows nothing of the user and asks nobody."""
     options = [
         "--headless", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-first-run",
         "--disable-extensions", "--disable-background-networking", "--disable-sync", "--host-resolver-rules=MAP * ~NOTFOUND",
         "--no-pdf-header-footer", "--generate-pdf-document-outline", f"--virtual-time-budget={_DRAWING}",
-        f"--user-data-dir={Path(folder, 'profile')}",
+        f"--user-data-dir={folder / 'profile'}",
     ]  # fmt: skip
     if hasattr(os, "geteuid") and os.geteuid() == 0:
         options.append("--no-sandbox")  # Chromium refuses the super-user otherwise
     return options
 
 
-def _run(command: list[str]) -> None:
-    """Run a browser with its children, and end them all whatever happens."""
-    with tempfile.TemporaryFile() as said:
+def _run(command: list[str], said: Path) -> None:
+    """Run a browser with its children, and end them all whatever happens; what it says goes into a file."""
+    with said.open("wb") as sink:
         process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=said, stderr=said, start_new_session=sys.platform != "win32"
+            command, stdin=subprocess.DEVNULL, stdout=sink, stderr=sink, start_new_session=sys.platform != "win32"
         )
         try:
             code = process.wait(TIMEOUT)
@@ -74,10 +74,9 @@ def _run(command: list[str]) -> None:
             raise NoResultError(f"{command[0]}: has not printed within {TIMEOUT:g} s; write .html and print that") from None
         finally:
             _end(process)
-        if code:
-            said.seek(0)
-            words = said.read().decode(errors="replace").strip().splitlines()
-            raise NoResultError(f"{command[0]}: ended with {code}: {one_line(words[-1], 200) if words else 'no word'}")
+    if code:
+        words = said.read_text(errors="replace").strip().splitlines()
+        raise NoResultError(f"{command[0]}: ended with {code}: {one_line(words[-1], 200) if words else 'no word'}")
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:

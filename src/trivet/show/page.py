@@ -15,6 +15,16 @@ _LIGHT = {"x": 1000, "y": -2000, "z": 4000}
 
 def write_page(painted: list[Painted], seen: Scene, heading: list[str], path: Path) -> None:
     """Write a page with the drawing and all that it needs to be turned, in one file."""
+    figure = page(painted, seen)
+    figure.update_layout(title={"text": "<br>".join(_lines(heading)), "font": {"size": 17}, "x": 0.02}, margin={"t": 100})
+    whole = {"include_plotlyjs": True, "include_mathjax": False, "full_html": False}
+    body = figure.to_html(**whole, div_id="machine", default_height="96vh")
+    head = f'<head><meta charset="utf-8"><title>{html.escape(heading[0])}</title></head>'
+    path.write_text(f'<!DOCTYPE html>\n<html lang="en">\n{head}\n<body>{body}</body>\n</html>\n', encoding="utf-8")
+
+
+def page(painted: list[Painted], seen: Scene) -> Any:
+    """A scene as a figure of plotly, without a title."""
     import plotly.graph_objects as go
 
     figure = go.Figure(_meshes(painted))
@@ -26,17 +36,12 @@ def write_page(painted: list[Painted], seen: Scene, heading: list[str], path: Pa
         "camera": _CAMERA,
         "annotations": _words(seen.frames) + _names(seen.labelled(marked), marked),
     }
-    figure.update_layout(
-        title={"text": "<br>".join(_lines(heading)), "font": {"size": 17}, "x": 0.02},
+    return figure.update_layout(
         scene=space,
         legend={"orientation": "h", "x": 0.5, "xanchor": "center", "y": 0.0, "itemsizing": "constant"},
-        margin={"l": 10, "r": 10, "t": 100, "b": 40},
+        margin={"l": 10, "r": 10, "t": 10, "b": 40},
         font={"color": "black"},
     )
-    whole = {"include_plotlyjs": True, "include_mathjax": False, "full_html": False}
-    body = figure.to_html(**whole, div_id="machine", default_height="96vh")
-    head = f'<head><meta charset="utf-8"><title>{html.escape(heading[0])}</title></head>'
-    path.write_text(f'<!DOCTYPE html>\n<html lang="en">\n{head}\n<body>{body}</body>\n</html>\n', encoding="utf-8")
 
 
 def _lines(heading: list[str]) -> list[str]:

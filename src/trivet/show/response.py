@@ -194,42 +194,47 @@ def _label(axes: Any, mark: Mark, row: int) -> None:
 
 
 def _page(shown: ShownResponse, path: Path) -> None:
+    first, *rest = (html.escape(line) for line in title(shown))
+    small = "".join(f'<br><span style="font-size:13px">{line}</span>' for line in rest)
+    heading = {"text": first + small, "font": {"size": 17}, "x": 0.02, "y": 0.97, "yanchor": "top"}
+    figure = page(shown).update_layout(title=heading, margin={"t": 140})
+    figure.write_html(path, include_plotlyjs=True, include_mathjax=False, full_html=True, default_height="96vh")
+
+
+def page(shown: ShownResponse) -> Any:
+    """Responses as a figure of plotly, without a title."""
     from plotly.subplots import make_subplots
 
     found = panels(shown)
     spacing = {"vertical_spacing": 0.04, "horizontal_spacing": 0.09}
-    page = make_subplots(rows=2, cols=len(found), shared_xaxes=True, row_heights=[0.7, 0.3], **spacing)
+    figure = make_subplots(rows=2, cols=len(found), shared_xaxes=True, row_heights=[0.7, 0.3], **spacing)
     for column, (unit, curves) in enumerate(found.items(), 1):
         for curve in curves:
             for row, trace in enumerate(_traces(shown, curve, unit), 1):
-                page.add_trace(trace, row=row, col=column)
+                figure.add_trace(trace, row=row, col=column)
         for trace in _natural(shown, curves, is_first=column == 1):
-            page.add_trace(trace, row=1, col=column)
-        page.update_yaxes(type="log", title_text=f"{shown.output}, {unit}", exponentformat="power", row=1, col=column)
-        page.update_yaxes(range=[-190, 190], tickvals=[-180, -90, 0, 90, 180], title_text="phase, °", row=2, col=column)
-        page.update_xaxes(title_text="frequency, Hz", row=2, col=column)
+            figure.add_trace(trace, row=1, col=column)
+        figure.update_yaxes(type="log", title_text=f"{shown.output}, {unit}", exponentformat="power", row=1, col=column)
+        figure.update_yaxes(range=[-190, 190], tickvals=[-180, -90, 0, 90, 180], title_text="phase, °", row=2, col=column)
+        figure.update_xaxes(title_text="frequency, Hz", row=2, col=column)
         own = marks(shown, curves)
         if own:
-            page.add_trace(_circles(own, is_first=column == 1), row=1, col=column)
+            figure.add_trace(_circles(own, is_first=column == 1), row=1, col=column)
         for row, mark in enumerate(own):
-            page.add_annotation(row=1, col=column, **_note(shown, mark, row))
-    first, *rest = (html.escape(line) for line in title(shown))
-    small = "".join(f'<br><span style="font-size:13px">{line}</span>' for line in rest)
+            figure.add_annotation(row=1, col=column, **_note(shown, mark, row))
     scales = [
         {"label": f"{name} frequency", "method": "relayout", "args": [{f"{axis}.type": name for axis in _axes(len(found))}]}
         for name in ("linear", "log")
     ]
-    page.update_xaxes(showgrid=True, gridcolor="#EBEBEB")
-    page.update_yaxes(showgrid=True, gridcolor="#EBEBEB")
-    page.update_layout(
-        title={"text": first + small, "font": {"size": 17}, "x": 0.02, "y": 0.97, "yanchor": "top"},
+    figure.update_xaxes(showgrid=True, gridcolor="#EBEBEB")
+    figure.update_yaxes(showgrid=True, gridcolor="#EBEBEB")
+    return figure.update_layout(
         template="simple_white",
         hovermode="x unified" if len(found) == 1 else "closest",
         legend={"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom"},
-        margin={"t": 140, "b": 60},
+        margin={"t": 60, "b": 60},
         updatemenus=[{"type": "buttons", "direction": "right", "buttons": scales, "x": 1, "y": 1.02, "yanchor": "bottom"}],
     )
-    page.write_html(path, include_plotlyjs=True, include_mathjax=False, full_html=True, default_height="96vh")
 
 
 def _axes(columns: int) -> list[str]:
