@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from trivet.measure.universal.reading import read_universal
     from trivet.measure.universal.writing import write_universal
     from trivet.model import Machine, catalogue, dimensions, load, parse, schema, to_text, write
+    from trivet.report.making import write_report
     from trivet.show.figure import figure
     from trivet.space.curve import Limits, Trajectory, circle, straight, through, timed
     from trivet.space.family import Family, along, in_block, over_hemisphere
@@ -93,6 +94,7 @@ _HOMES = {
     "trivet.measure.universal.reading": ("read_universal",),
     "trivet.measure.universal.writing": ("write_universal",),
     "trivet.model": ("Machine", "catalogue", "dimensions", "load", "parse", "schema", "to_text", "write"),
+    "trivet.report.making": ("write_report",),
     "trivet.show.figure": ("figure",),
     "trivet.space.curve": ("Limits", "Trajectory", "circle", "straight", "through", "timed"),
     "trivet.space.family": ("Family", "along", "in_block", "over_hemisphere"),
@@ -152,8 +154,8 @@ __all__ = [
     "plan_along", "plans", "pose", "read_functions", "read_path", "read_setup", "read_universal", "redundant_path", "save",
     "save_functions", "save_responses", "schema", "simulate", "singularity_map", "singularity_report", "solid_check",
     "stiffness_map", "straight", "switched", "through", "tilt", "tilts", "timed", "to_calculix", "to_mjcf", "to_text",
-    "to_urdf", "update", "workspace", "workspaces", "write", "write_calculix", "write_mjcf", "write_universal", "write_urdf",
-    "zyz_frame",
+    "to_urdf", "update", "workspace", "workspaces", "write", "write_calculix", "write_mjcf", "write_report",
+    "write_universal", "write_urdf", "zyz_frame",
 ]  # fmt: skip
 
 

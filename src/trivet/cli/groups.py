@@ -75,6 +75,12 @@ class Model:
 
         return switched(machine, self.spherical, self.guide, self.shear, self.drives)
 
+    def options(self) -> tuple[str, ...]:
+        """What is given, as it stands on a command line."""
+        words = {"--spherical": self.spherical, "--guide": self.guide, "--drives": self.drives}
+        found = [word for name, value in words.items() if value is not None for word in (name, value)]
+        return (*found, *(() if self.shear is None else ("--shear" if self.shear else "--no-shear",)))
+
 
 @dataclass(frozen=True)
 class Choice:

@@ -84,6 +84,15 @@ def budget_table(report: PoseReport) -> Table:
     return budget
 
 
+def masses_table(report: PoseReport) -> Table:
+    """What moves weighs, and all of it together."""
+    found = table("masses of what moves", "body", "kg")
+    for name, mass in report.masses.items():
+        found.add_row(name, f"{float(mass):.4g}")
+    found.add_row("together", f"{float(sum(report.masses.values())):.4g}")
+    return found
+
+
 def load_tables(load: LoadResult) -> list[Table]:
     """Deflections and drive loads of a load case."""
     moved = table("deflection under the load", "", "x µm", "y µm", "z µm", "rx µrad", "ry µrad", "rz µrad")

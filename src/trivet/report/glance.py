@@ -1,0 +1,87 @@
+"""The numbers by which machines are known, side by side."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from trivet.errors import TrivetError
+from trivet.report.document import Section, Table, Words
+from trivet.report.subject import Subject
+from trivet.study.comparison import HELD
+from trivet.study.statistics import moments
+
+_NONE = "–"
+
+
+class Fact(NamedTuple):
+    """A number of every machine."""
+
+    name: str
+    section: str
+    """Which tells it; without that section the number is not worked out."""
+    of: Callable[[Subject], str]
+
+
+def _chains(subject: Subject) -> str:
+    from trivet.views.machine import topology
+
+    return ", ".join(f"{chain.copies} × {topology(chain)}" for _, chain in sorted(subject.machine.chains.items()))
+
+
+def _number(value: float) -> str:
+    return f"{value:.4g}" if math.isfinite(value) else _NONE
+
+
+def _stiffness(quantity: str) -> Callable[[Subject], str]:
+    def mean(subject: Subject) -> str:
+        (found,) = subject.comparison.maps
+        return _number(moments(found.diagonal(quantity)[found.used] / 1e6).mean)
+
+    return mean
+
+
+def _least(axis: str) -> Callable[[Subject], str]:
+    def least(subject: Subject) -> str:
+        minima = {minimum.direction: minimum for minimum in subject.response.minima}
+        return _number(minima[axis].stiffness / 1e6) if axis in minima else _NONE
+
+    return least
+
+
+FACTS = (
+    Fact("chains, drives in brackets", "machine", _chains),
+    Fact("mass of what moves, kg", "home", lambda s: _number(sum(s.home.masses.values()))),
+    Fact("tilt reached at every azimuth, °", "reach", lambda s: _number(math.degrees(s.tilt.tilt))),
+    Fact("the same from home, °", "reach", lambda s: _number(math.degrees(s.tilt.connected_tilt))),
+    Fact("workspace, cm³", "reach", lambda s: _number(s.workspace.volume * 1e6)),
+    Fact(
+        "tilt from home to a singularity, °", "singularities", lambda s: _number(math.degrees(s.singularity.tilt_margin.angle))
+    ),
+    *(Fact(f"{quantity}, mean over the check points, N/µm", "stiffness", _stiffness(quantity)) for quantity in HELD),
+    Fact("lowest natural frequency, Hz", "vibration", lambda s: _number(float(np.min(s.modes.frequency)))),
+    *(Fact(f"least dynamic stiffness along {axis}, N/µm", "vibration", _least(axis)) for axis in "xyz"),
+)
+
+_WORDS = (
+    "Each number is explained in the section that it comes from, with its assumptions and the command that repeats it. "
+    "A dash says that there is no such number; the section says why."
+)
+
+
+def glance(subjects: Sequence[Subject], sections: Collection[str]) -> Section:
+    """All facts that the chosen sections have worked out."""
+    rows = [(fact.name, *(_told(fact, subject) for subject in subjects)) for fact in FACTS if fact.section in sections]
+    titles = ("", *(subject.machine.about.title for subject in subjects))
+    table = Table("", ("", *(subject.name for subject in subjects)), (titles, *rows))
+    return Section("At a glance", (table, Words(_WORDS)))
+
+
+def _told(fact: Fact, subject: Subject) -> str:
+    try:
+        return fact.of(subject)
+    except TrivetError:
+        return _NONE

@@ -1,0 +1,30 @@
+"""Stiffness over the check points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from trivet.report.document import Block, Section, Words
+from trivet.report.subject import Subject
+from trivet.report.telling import attempt, picture, repeat, told
+
+_INTRODUCTION = (
+    "How stiffly the platform is held over the check points on the hemisphere, its normal at right angles to the surface, each "
+    "with the roll that makes K_xx greatest. K_ii is the force per displacement with all other motions held, 1/C_ii that with "
+    "the platform free to give way."
+)
+
+
+def section(subject: Subject) -> Section:
+    """Map and statistics."""
+    command = subject.command("map", "--figure", "stiffness.png", *subject.points.options, model=True)
+    return Section("Stiffness over the hemisphere", (Words(_INTRODUCTION), *attempt(lambda: _blocks(subject)), repeat(command)))
+
+
+def _blocks(subject: Subject) -> Iterator[Block]:
+    from trivet.views import stiffness_map as view
+
+    (found,) = subject.comparison.maps
+    alt = f"Stiffness of {subject.name} along x, y and z over the check points, seen from above, and the best roll."
+    yield picture(found, "Stiffness and best roll over the check points, seen from above.", alt)
+    yield from told(view.tables(found))

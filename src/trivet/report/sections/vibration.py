@@ -1,0 +1,53 @@
+"""Natural modes and frequency responses at home."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from trivet.report.document import Block, Plot, Section, Words
+from trivet.report.subject import Subject
+from trivet.report.telling import attempt, drawn, picture, repeat, told
+
+_MODES = (
+    "How the machine rings at home with its drives held: at which frequencies, how the platform moves then, and which parts "
+    "yield. The part with the greatest share of the strain energy is the one to stiffen."
+)
+_RESPONSES = (
+    "How far the platform centre moves per newton of a harmonic force at it, and when. The least dynamic stiffness is the "
+    "least force per motion over all frequencies: what the machine resists with where it resists least."
+)
+
+
+def section(subject: Subject) -> Section:
+    """Modes and responses."""
+    ringing = subject.command("modes", "--figure", "modes.html", model=True)
+    swinging = subject.command("frf", "--figure", "frf.html", model=True)
+    modes = Section("Natural modes", (Words(_MODES), *attempt(lambda: _modes(subject)), repeat(ringing)))
+    return Section(
+        "Vibration",
+        (),
+        (modes, Section("Frequency responses", (Words(_RESPONSES), *attempt(lambda: _responses(subject)), repeat(swinging)))),
+    )
+
+
+def _modes(subject: Subject) -> Iterator[Block]:
+    from trivet.views import modes as view
+
+    caption = "The first modes; the grey shadow is the machine at rest. The command below gives a page in which they move."
+    yield picture(subject.modes, caption, f"Shapes of the first natural modes of {subject.name}.")
+    yield from told(view.tables(subject.modes))
+
+
+def _responses(subject: Subject) -> Iterator[Block]:
+    from trivet.show.response import page
+    from trivet.views import frf as view
+
+    shown = subject.response
+    alt = f"Receptance of the platform centre of {subject.name} along x, y and z over frequency, magnitude and phase."
+    yield Plot(
+        "Receptance of the platform centre, magnitude and phase; circles mark the least dynamic stiffness.",
+        alt,
+        page(shown),
+        drawn(shown),
+    )
+    yield from told(view.tables(shown))
