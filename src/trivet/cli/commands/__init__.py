@@ -1,7 +1,7 @@
 """The commands, a module per command: its function `run` takes the options, and its docstring is the help."""
 
 NAMES = (
-    "list", "show", "pose", "map", "compare", "forward", "singularity", "tilt", "workspace", "plan", "modes", "frf", "lobes",
-    "locks", "solids", "dynamics", "simulate", "report", "export", "schema",
+    "list", "show", "view", "pose", "map", "compare", "forward", "singularity", "tilt", "workspace", "plan", "modes", "frf",
+    "lobes", "locks", "solids", "dynamics", "simulate", "report", "export", "schema",
 )  # fmt: skip
 """Commands in the order of the help; each is the module of its name."""

@@ -1,0 +1,160 @@
+"""The door of the page: a viser server on loopback that lets in only what a page of ours may say, and no faster than it can.
+
+viser takes any message of its protocol from whoever connects.  Here a connection has to come from a page of this machine
+(browsers tell the origin of a page, and any other page that is open could else talk to ours); of the protocol only inputs are
+heard, their values plain, finite and small; and who talks too fast is read more slowly, until his own buffers are full.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import io
+import math
+import re
+import socket
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import msgspec
+import viser
+import websockets.asyncio.server
+from websockets.asyncio.server import ServerConnection
+
+from trivet.errors import InputError
+
+LOOPBACK = "127.0.0.1"
+ORIGINS = re.compile(r"http://(127\.0\.0\.1|localhost|\[::1\])(:\d+)?")
+"""Pages that may connect: those of this machine; through a tunnel their port is another."""
+MOST_BYTES = 32_768
+"""Of one message."""
+MOST_TEXT, MOST_MEMBERS, MOST_DEPTH = 200, 32, 4
+"""Characters of a text, members of a list or table, tables within tables."""
+MOST_PER_SECOND, BURST = 400.0, 400.0
+"""Messages of one connection: in the long run, and at once."""
+MOST_CONNECTIONS = 8
+
+VALUES = frozenset({"GuiUpdateMessage"})
+"""What carries values of controls."""
+HEARD = VALUES | {
+    "CommandTriggerMessage",
+    "SceneNodeClickMessage",
+    "TransformControlsDragEndMessage",
+    "TransformControlsDragStartMessage",
+    "TransformControlsUpdateMessage",
+    "ViewerCameraMessage",
+}
+"""Messages that are heard; all others are dropped: files, commands to others, requests to be seen from elsewhere."""
+
+
+def is_welcome(raw: bytes | str) -> bool:
+    """Whether a message is one of `HEARD`, and its values are plain, finite and small."""
+    if not isinstance(raw, bytes) or len(raw) > MOST_BYTES:
+        return False
+    try:
+        message = msgspec.msgpack.decode(raw)
+    except (msgspec.MsgspecError, ValueError, RecursionError):
+        return False
+    if not isinstance(message, dict) or not isinstance(kind := message.get("type"), str) or kind not in HEARD:
+        return False
+    if kind in VALUES and (not isinstance(changes := message.get("updates"), dict) or set(changes) != {"value"}):
+        return False
+    return _is_plain(message, MOST_DEPTH)
+
+
+def _is_plain(value: Any, depth: int) -> bool:
+    if isinstance(value, str):
+        return len(value) <= MOST_TEXT
+    if isinstance(value, bool) or value is None:
+        return True
+    if isinstance(value, (int, float)):
+        return math.isfinite(value) and abs(value) < 1e15
+    if not isinstance(value, (list, dict)) or depth == 0 or len(value) > MOST_MEMBERS:
+        return False
+    members = [*value, *value.values()] if isinstance(value, dict) else value
+    return all(_is_plain(member, depth - 1) for member in members)
+
+
+class _Listening(ServerConnection):
+    """A connection that gives on what is welcome, at a bounded pace."""
+
+    _left = BURST
+    _since = 0.0
+
+    async def recv(self, decode: bool | None = None) -> Any:
+        while True:
+            raw = await super().recv(decode)
+            now = time.monotonic()
+            self._left = min(BURST, self._left + MOST_PER_SECOND * (now - self._since)) - 1
+            self._since = now
+            if self._left < 0:
+                await asyncio.sleep(-self._left / MOST_PER_SECOND)
+            if is_welcome(raw):
+                return raw
+
+
+def free_port(wanted: int | None, default: int) -> int:
+    """A port of loopback that nobody listens on: the one that is wanted, or else the first from a default one.
+
+    Raises:
+        InputError: when the one that is wanted is taken, or is none.
+    """
+    if wanted is not None and not 1 <= wanted <= 65535:
+        raise InputError(f"--port {wanted}: expected 1 to 65535")
+    for port in (wanted,) if wanted is not None else range(default, default + 100):
+        with socket.socket() as one:
+            one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            with contextlib.suppress(OSError):
+                one.bind((LOOPBACK, port))
+                return port
+    taken = f"--port {wanted}" if wanted is not None else f"ports {default} to {default + 99}"
+    raise InputError(f"{taken}: somebody listens there already, or it is reserved; name another with --port")
+
+
+def open_server(port: int) -> viser.ViserServer:
+    """A server on loopback behind this door.
+
+    Raises:
+        RuntimeError: when viser is of a version that does not go through the door.
+    """
+    with _guarded() as doors, contextlib.redirect_stdout(io.StringIO()):  # viser greets
+        server = viser.ViserServer(host=LOOPBACK, port=port, verbose=False)
+    if doors != [LOOPBACK]:
+        server.stop()
+        raise RuntimeError(f"viser {viser.__version__} cannot be guarded; install viser >= 1.1, < 2")
+    server.get_event_loop().set_exception_handler(lambda loop, context: None)  # of what a hostile message says to viser
+    return server
+
+
+def close_server(server: viser.ViserServer) -> None:
+    """End it."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        server.stop()
+
+
+@contextmanager
+def _guarded() -> Iterator[list[str]]:
+    """Have websockets serve through the door while viser starts; gives on which hosts it did."""
+    serve, doors = websockets.asyncio.server.serve, []
+
+    def guarded(handler: Any, host: str, port: int, **options: Any) -> Any:
+        doors.append(host)
+        seats = asyncio.Semaphore(MOST_CONNECTIONS)
+
+        async def seated(connection: ServerConnection) -> None:
+            if seats.locked():
+                await connection.close(1013, f"more than {MOST_CONNECTIONS} pages")
+                return
+            async with seats:
+                await handler(connection)
+
+        own = {"origins": [ORIGINS, None], "create_connection": _Listening, "max_size": MOST_BYTES, "open_timeout": 5}
+        return serve(seated, host, port, **options | own)
+
+    websockets.asyncio.server.serve = guarded  # type: ignore[assignment, misc]
+    try:
+        yield doors
+    finally:
+        websockets.asyncio.server.serve = serve  # type: ignore[misc]

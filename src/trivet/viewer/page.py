@@ -1,0 +1,388 @@
+"""The page: one state, asked for by controls, followed by the scene at once and by studies when it has settled."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import viser
+
+from trivet.errors import TrivetError
+from trivet.kinematics.mode import mode_text, parse_mode
+from trivet.space.frame import Frame
+from trivet.space.pose import zyz_angles
+from trivet.space.vector import Vec
+from trivet.study.forward import forward
+from trivet.study.frf import FrequencyResponse
+from trivet.viewer import keeping, words
+from trivet.viewer.actor import Actor
+from trivet.viewer.mapping import mapped
+from trivet.viewer.panels.files import FilesPanel
+from trivet.viewer.panels.machine import MachinePanel
+from trivet.viewer.panels.map import MapPanel
+from trivet.viewer.panels.pose import PosePanel
+from trivet.viewer.panels.stiffness import StiffnessPanel
+from trivet.viewer.panels.vibration import VibrationPanel
+from trivet.viewer.recording import recorded
+from trivet.viewer.ringing import FRAMES, PERIOD
+from trivet.viewer.stage import quaternion
+from trivet.viewer.standing import standing
+from trivet.viewer.state import PoseNumbers, State, home_of
+from trivet.viewer.studying import singular, stiffness_pieces, vibration
+from trivet.viewer.worker import Worker
+
+SETTLED = 0.2
+"""How long (s) nothing may have moved before what takes longer is worked out."""
+APART = 1.25
+"""Of the machines side by side, as a multiple of the larger one's size."""
+FAR = 10.0
+"""How far a handle may be dragged, m."""
+HANDLE = 0.28
+"""Length of its arrows, as a share of the machine's size."""
+
+
+class Asked(NamedTuple):
+    """A state, and by what it was asked for."""
+
+    state: State
+    by: str
+
+
+class Errand(NamedTuple):
+    """Something that takes a while, asked for by a button."""
+
+    what: str
+    given: tuple[Any, ...] = ()
+
+
+class Page:
+    """What is shown to all who look at the page."""
+
+    def __init__(self, server: viser.ViserServer, state: State, folder: Path, is_dark: bool = False) -> None:
+        """Show a state.
+
+        Args:
+            server: a server that shows nothing yet.
+            state: what to begin with.
+            folder: where files are kept.
+            is_dark: whether the page is light on dark.
+        """
+        self._server, self._folder, self._is_dark = server, folder, is_dark
+        self._lock = threading.Lock()
+        self.state = state
+        self._build(state)
+        self._follower: Worker[Asked] = Worker(self._follow)
+        self._student: Worker[Asked] = Worker(self._study, SETTLED)
+        self._runner: Worker[Errand] = Worker(self._run)
+        self._ended = threading.Event()
+        threading.Thread(target=self._swing, daemon=True).start()
+        self._ask(Asked(state, "start"))
+
+    def end(self) -> None:
+        """Stop all work."""
+        self._ended.set()
+        for worker in (self._follower, self._student, self._runner):
+            worker.end()
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether all that was asked for is shown."""
+        return all(worker.is_idle for worker in (self._follower, self._student, self._runner))
+
+    # What is asked for
+
+    def change(
+        self,
+        pose: PoseNumbers | None = None,
+        mode: tuple[int, str] | None = None,
+        machine: tuple[int, Any] | None = None,
+        by: str = "control",
+        **shown: Any,
+    ) -> None:
+        """Ask for another state.
+
+        Args:
+            pose: of the first machine.
+            mode: number of a machine and its working mode.
+            machine: number of a machine and the machine, of the same topology.
+            by: what asked.
+            shown: what is to be seen, fields of `Shown`.
+        """
+        with self._lock:
+            state = self.state
+            if pose is not None:
+                state = replace(state, pose=pose)
+            if mode is not None:
+                number, text = mode
+                signs = parse_mode(state.machines[number], text or None)
+                state = replace(state, modes=_with(state.modes, number, mode_text(state.machines[number], signs)))
+            if machine is not None:
+                state = replace(state, machines=_with(state.machines, *machine))
+            if shown:
+                state = replace(state, shown=replace(state.shown, **shown))
+            self.state = state
+        self._ask(Asked(state, by))
+
+    def _ask(self, asked: Asked) -> None:
+        self._follower.ask(asked)
+        self._student.ask(asked)
+
+    def _send(self, what: str, *given: Any) -> None:
+        self._runner.ask(Errand(what, given))
+
+    # What is built
+
+    def _build(self, state: State) -> None:
+        """Put up the scene and the panels for the machines of a state."""
+        server, gui = self._server, self._server.gui
+        gui.reset()
+        server.scene.reset()
+        self._actors = [Actor(server, number, self._go) for number in range(len(state.machines))]
+        for number, (actor, machine) in enumerate(zip(self._actors, state.machines, strict=True)):
+            actor.stage.light(self._is_dark)
+            actor.follow(machine, state.modes[number], state.pose_of(number))
+        self._size = max(actor.stage.size for actor in self._actors) or 1.0
+        for number, actor in enumerate(self._actors):
+            aside = (number - (len(self._actors) - 1) / 2) * APART * self._size
+            actor.stage.set_aside(np.array((aside, 0.0, 0.0)))
+        self._set_look()
+        self._set_handle()
+        gui.set_panel_label("trivet")
+        self._status = gui.add_html("")
+        tabs = gui.add_tab_group()
+        with tabs.add_tab("Pose"):
+            self._pose = PosePanel(server, state, self._size, self.change, lambda: self._send("assemble"))
+        with tabs.add_tab("Stiffness"):
+            self._stiffness = StiffnessPanel(server, state, self.change)
+        with tabs.add_tab("Vibration"):
+            self._vibration = VibrationPanel(server, state, self.change)
+        with tabs.add_tab("Map"):
+            self._map = MapPanel(server, state, lambda *given: self._send("map", *given), self._go)
+        with tabs.add_tab("Machine"):
+            self._dimensions = [
+                MachinePanel(server, number, machine, self.change, self._tell) for number, machine in enumerate(state.machines)
+            ]
+        with tabs.add_tab("Files"):
+            self._files = FilesPanel(server, self._is_dark, lambda *given: self._send("keep", *given), self._set_theme)
+        self._add_keys()
+
+    def _set_look(self) -> None:
+        scene, size = self._server.scene, self._size
+        scene.set_up_direction("+z")
+        scene.world_axes.visible = False
+        scene.configure_environment_map(None)
+        scene.add_light_hemisphere("/light", intensity=1.6)
+        cell = 10 ** np.floor(np.log10(size / 2))
+        scene.add_grid("/floor", width=4 * size, height=4 * size, cell_size=cell / 2, section_size=5 * cell, plane="xy")
+        camera, wide = self._server.initial_camera, 1.0 if len(self._actors) == 1 else 1.7
+        camera.position = (0.5 * wide * size, -1.5 * wide * size, 1.1 * wide * size)
+        camera.look_at, camera.up = (0.0, 0.0, 0.25 * size), (0.0, 0.0, 1.0)
+        camera.near, camera.far = 0.01 * size, 100 * size
+        self._theme()
+
+    def _theme(self) -> None:
+        self._server.gui.configure_theme(dark_mode=self._is_dark, show_logo=False, show_share_button=False)
+
+    def _set_theme(self, is_dark: bool) -> None:
+        self._is_dark = is_dark
+        self._theme()
+        for actor in self._actors:
+            actor.stage.light(is_dark)
+
+    def _set_handle(self) -> None:
+        size = HANDLE * self._size
+        self._handle = self._server.scene.add_transform_controls(
+            "/machine-0/handle", scale=size, line_width=3.0, disable_sliders=True, depth_test=False
+        )
+
+        async def dragged(event: Any) -> None:
+            numbers = _numbers(self._handle.position, self._handle.wxyz)
+            if numbers is not None:
+                self.change(pose=numbers, by="handle")
+
+        self._handle.on_update(dragged)
+
+    def _add_keys(self) -> None:
+        home = self._server.gui.add_command("Home pose", hotkey="H")
+        dark = self._server.gui.add_command("Dark or light", hotkey="D")
+
+        async def go(_: Any) -> None:
+            self._pose.go_home()
+
+        async def turn(_: Any) -> None:
+            self._files.turn(not self._is_dark)
+            self._set_theme(not self._is_dark)
+
+        home.on_trigger(go)
+        dark.on_trigger(turn)
+
+    def _tell(self, text: str) -> None:
+        self._files.tell(text)
+
+    # What follows at once
+
+    def _follow(self, asked: Asked) -> None:
+        state = asked.state
+        with self._server.atomic():
+            for number, actor in enumerate(self._actors):
+                actor.follow(state.machines[number], state.modes[number], state.pose_of(number))
+            if asked.by != "handle":
+                frame = state.pose.frame
+                self._handle.position = np.array(frame.origin, dtype=float)
+                self._handle.wxyz = quaternion(np.array(frame.matrix(), dtype=float))
+            self._handle.visible = state.shown.handle
+        self._server.flush()
+        lines = []
+        for number, actor in enumerate(self._actors):
+            found = standing(state.machines[number], state.pose_of(number), state.modes[number])
+            actor.stage.mark(found.named)
+            actor.stage.show_names(state.shown.names)
+            self._pose.tell(number, found)
+            lines.append(words.status(state.machines[number].name, found))
+            wanted = state.pose_of(number)
+            actor.dome.here(wanted.azimuth, wanted.tilt)
+        self._pose.follow(state, asked.by)
+        self._status.content = words.block(*lines, role='role="status"')
+
+    # What is worked out when all has settled
+
+    def _study(self, asked: Asked) -> None:
+        state, shown = asked.state, asked.state.shown
+        responses: list[FrequencyResponse | None] = []
+        listed: list[str] = []
+        for number, actor in enumerate(self._actors):
+            machine, mode, wanted = state.machines[number], state.modes[number], state.pose_of(number)
+            report = standing(machine, wanted, mode).report
+            if report is None:
+                actor.marks.soften(None, actor.stage.size)
+                actor.marks.point(None, wanted.frame, actor.stage.size)
+                actor.ringing.show(None)
+                actor.stage.hide(False)
+                self._stiffness.tell(number, ["the pose is not reached"])
+                self._vibration.tell(number, ["the pose is not reached"])
+                responses.append(None)
+                continue
+            soft = actor.marks.soften(report if shown.ellipsoid else None, actor.stage.size)
+            near, near_words = singular(machine, wanted, mode)
+            motion = near.singularity.motion if near is not None and shown.twist else None
+            actor.marks.point(motion, wanted.frame, actor.stage.size)
+            name = f"<b>{words.esc(machine.name)}</b>"
+            pieces = [name, *stiffness_pieces(report, shown.direction), near_words, words.esc(soft)]
+            self._stiffness.tell(number, pieces)
+            if self._student.is_overtaken:
+                return
+            found = vibration(machine, wanted, mode, shown.ringing is not None)
+            responses.append(found.response)
+            listed = listed or found.modes
+            self._vibration.tell(number, [name, *found.told])
+            chosen = None if shown.ringing is None or found.seen is None else min(shown.ringing, len(found.modes) - 1)
+            actor.ringing.show(found.seen if chosen is not None else None, chosen or 0)
+            actor.stage.hide(chosen is not None)
+            if self._student.is_overtaken:
+                return
+        self._vibration.plot(responses, shown.entry)
+        self._vibration.offer(listed, shown.ringing)
+
+    def _swing(self) -> None:
+        """Move what rings."""
+        while not self._ended.wait(PERIOD / FRAMES):
+            for actor in self._actors:
+                if actor.ringing.is_shown:
+                    with self._server.atomic():
+                        actor.ringing.swing(2 * np.pi * (time.monotonic() / PERIOD % 1.0))
+
+    # What is done once
+
+    def _run(self, errand: Errand) -> None:
+        doing: dict[str, Callable[..., None]] = {"assemble": self._assemble, "map": self._seek_map, "keep": self._keep}
+        try:
+            doing[errand.what](*errand.given)
+        except TrivetError as error:
+            self._note(str(error), is_good=False)
+
+    def _note(self, text: str, is_good: bool = True) -> None:
+        self._files.tell(text)
+        for client in self._server.get_clients().values():
+            client.add_notification("trivet", text, color="green" if is_good else "red", auto_close_seconds=8)
+
+    def _assemble(self) -> None:
+        state = self.state
+        found = forward(state.machines[0], start=state.pose.frame, mode=state.modes[0] or None, anyway=True)
+        offered = []
+        for number, one in enumerate(found.modes, start=1):
+            pose = PoseNumbers(*one.position, *one.angles)
+            right = "inside travel" if one.miss is None else "outside travel"
+            offered.append((f"{number}: z {1e3 * pose.z:.1f} mm, {right} ({one.mode or 'no choice'})", pose, one.mode))
+        self._pose.offer(offered)
+        self._note(f"{len(offered)} assembly modes")
+
+    def _seek_map(self, number: int, quantity: str, steps: int, roll: str) -> None:
+        state, actor = self.state, self._actors[number]
+        total = 3.15 * steps**2
+        self._map.advance(0.0)
+        try:
+            found = mapped(
+                state.machines[number], state.modes[number], quantity, steps, roll,
+                lambda done: self._map.advance(min(done / total, 1.0)),
+            )  # fmt: skip
+        finally:
+            self._map.advance(None)
+        for other in self._actors:
+            if other is not actor:
+                other.dome.show(None, 1.0, 0.0)
+        legend = actor.dome.show(found, actor.stage.size, actor.top)
+        wanted = state.pose_of(number)
+        actor.dome.here(wanted.azimuth, wanted.tilt)
+        self._map.tell(legend, len(found.surface))
+
+    def _go(self, point: int) -> None:
+        """Go to a check point of the map that is shown."""
+        for number, actor in enumerate(self._actors):
+            found = actor.dome.shown
+            if found is not None and 0 <= point < len(found.surface):
+                surface, roll = found.surface, float(found.roll[point])
+                angles = surface.azimuth[point], surface.tilt[point], 0.0 if np.isnan(roll) else roll
+                there, state = PoseNumbers(*(float(c) for c in (*surface.position[point], *angles))), self.state
+                own = there if number == 0 else home_of(state.machines[0]).moved(home_of(state.machines[number]), there)
+                self._map.stand(point)
+                self.change(pose=own, by="map")
+
+    def _keep(self, what: str, name: str, overwrite: bool) -> None:
+        state = self.state
+        if what == "save":
+            files = keeping.save(state, self._folder, name, overwrite)
+            self._note("written: " + ", ".join(path.name for path in files))
+        elif what == "load":
+            self._show(keeping.restore(self._folder, name))
+            self._note(f"{name} is shown")
+        else:
+            path = keeping.keep_page(recorded(self._server, self._actors, state, self._is_dark), self._folder, name, overwrite)
+            self._note(f"written: {path.name}")
+
+    def _show(self, state: State) -> None:
+        """Show other machines."""
+        with self._lock:
+            self.state = state
+        self._build(state)
+        self._ask(Asked(state, "load"))
+
+
+def _with(values: tuple[Any, ...], number: int, value: Any) -> tuple[Any, ...]:
+    return tuple(value if k == number else own for k, own in enumerate(values))
+
+
+def _numbers(position: Any, wxyz: Any) -> PoseNumbers | None:
+    """The pose of a handle; None where it is none."""
+    from scipy.spatial.transform import Rotation
+
+    place, turn = np.asarray(position, dtype=float), np.asarray(wxyz, dtype=float)
+    if place.shape != (3,) or turn.shape != (4,) or not np.abs(place).max() < FAR or not np.linalg.norm(turn) > 1e-3:
+        return None
+    columns = Rotation.from_quat(np.roll(turn, -1)).as_matrix().T
+    frame = Frame(Vec(*place.tolist()), *(Vec(*column) for column in columns.tolist()))
+    return PoseNumbers(*(float(number) for number in (*place, *zyz_angles(frame))))

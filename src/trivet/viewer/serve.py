@@ -1,0 +1,57 @@
+"""Serving the page until somebody ends it."""
+
+from __future__ import annotations
+
+import sys
+import time
+import webbrowser
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from trivet.viewer.gate import LOOPBACK, close_server, free_port, open_server
+from trivet.viewer.page import Page
+from trivet.viewer.state import State
+
+PORT = 8080
+
+
+@contextmanager
+def serving(
+    state: State, port: int | None = None, folder: Path | None = None, is_dark: bool = False
+) -> Iterator[tuple[str, Page]]:
+    """A page on loopback while the block lasts; gives its address and the page.
+
+    Args:
+        state: what it shows.
+        port: to listen on; the first free one from `PORT` when not given.
+        folder: where it keeps files; the working folder when not given.
+        is_dark: whether it is light on dark.
+
+    Raises:
+        InputError: when somebody else listens on that port.
+    """
+    chosen = free_port(port, PORT)
+    server = open_server(chosen)
+    page = None
+    try:
+        page = Page(server, state, folder or Path.cwd(), is_dark)
+        yield f"http://{LOOPBACK}:{server.get_port()}", page
+    finally:
+        if page is not None:
+            page.end()
+        close_server(server)
+
+
+def serve(state: State, port: int | None = None, is_dark: bool = False, in_browser: bool = True) -> None:
+    """Show a page until Ctrl-C."""
+    sys.setswitchinterval(1e-3)  # who drags must not wait for a study's turn
+    with serving(state, port, None, is_dark) as (address, _):
+        print(f"{address}  (Ctrl-C ends it)", flush=True)
+        if in_browser:
+            webbrowser.open(address)
+        try:
+            while True:
+                time.sleep(3600)
+        except KeyboardInterrupt:
+            print("trivet: the page is closed", file=sys.stderr)
