@@ -2,7 +2,7 @@
 
 viser takes any message of its protocol from whoever connects.  Here a connection has to come from a page of this machine
 (browsers tell the origin of a page, and any other page that is open could else talk to ours); of the protocol only inputs are
-heard, their values plain, finite and small; and who talks too fast is read more slowly, until his own buffers are full.
+heard, their values plain, finite and small; and who talks too fast is not heard, in the end not at all.
 """
 
 from __future__ import annotations
@@ -32,20 +32,24 @@ MOST_BYTES = 32_768
 """Of one message."""
 MOST_TEXT, MOST_MEMBERS, MOST_DEPTH = 200, 32, 4
 """Characters of a text, members of a list or table, tables within tables."""
-MOST_PER_SECOND, BURST = 400.0, 400.0
-"""Messages of one connection: in the long run, and at once."""
+MOST_PER_SECOND, BURST, PATIENCE = 400.0, 400.0, 4000.0
+"""Messages of one connection: in the long run, at once, and too many of them before it is ended."""
 MOST_CONNECTIONS = 8
 
 VALUES = frozenset({"GuiUpdateMessage"})
 """What carries values of controls."""
-HEARD = VALUES | {
-    "CommandTriggerMessage",
-    "SceneNodeClickMessage",
-    "TransformControlsDragEndMessage",
-    "TransformControlsDragStartMessage",
-    "TransformControlsUpdateMessage",
-    "ViewerCameraMessage",
-}
+POSES = frozenset({"TransformControlsUpdateMessage", "ViewerCameraMessage"})
+"""What carries a position and a rotation."""
+HEARD = (
+    VALUES
+    | POSES
+    | {
+        "CommandTriggerMessage",
+        "SceneNodeClickMessage",
+        "TransformControlsDragEndMessage",
+        "TransformControlsDragStartMessage",
+    }
+)
 """Messages that are heard; all others are dropped: files, commands to others, requests to be seen from elsewhere."""
 
 
@@ -61,7 +65,13 @@ def is_welcome(raw: bytes | str) -> bool:
         return False
     if kind in VALUES and (not isinstance(changes := message.get("updates"), dict) or set(changes) != {"value"}):
         return False
+    if kind in POSES and not (_are_numbers(message.get("position"), 3) and _are_numbers(message.get("wxyz"), 4)):
+        return False
     return _is_plain(message, MOST_DEPTH)
+
+
+def _are_numbers(values: Any, count: int) -> bool:
+    return isinstance(values, list) and len(values) == count and all(type(v) in (int, float) for v in values)
 
 
 def _is_plain(value: Any, depth: int) -> bool:
@@ -78,7 +88,7 @@ def _is_plain(value: Any, depth: int) -> bool:
 
 
 class _Listening(ServerConnection):
-    """A connection that gives on what is welcome, at a bounded pace."""
+    """A connection that gives on what is welcome, at a bounded pace; what comes faster is lost, and much of it ends it."""
 
     _left = BURST
     _since = 0.0
@@ -89,9 +99,9 @@ class _Listening(ServerConnection):
             now = time.monotonic()
             self._left = min(BURST, self._left + MOST_PER_SECOND * (now - self._since)) - 1
             self._since = now
-            if self._left < 0:
-                await asyncio.sleep(-self._left / MOST_PER_SECOND)
-            if is_welcome(raw):
+            if self._left < -PATIENCE:
+                await self.close(1008, "too fast")
+            elif self._left >= 0 and is_welcome(raw):
                 return raw
 
 

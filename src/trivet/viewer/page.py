@@ -42,6 +42,8 @@ APART = 1.25
 """Of the machines side by side, as a multiple of the larger one's size."""
 FAR = 10.0
 """How far a handle may be dragged, m."""
+WIDTH = 400
+"""Of the panel, pixels."""
 HANDLE = 0.28
 """Length of its arrows, as a share of the machine's size."""
 
@@ -153,6 +155,7 @@ class Page:
         self._set_look()
         self._set_handle()
         gui.set_panel_label("trivet")
+        gui.main_panel.set_width(WIDTH)
         self._status = gui.add_html("")
         tabs = gui.add_tab_group()
         with tabs.add_tab("Pose"):
@@ -176,12 +179,15 @@ class Page:
         scene.set_up_direction("+z")
         scene.world_axes.visible = False
         scene.configure_environment_map(None)
-        scene.add_light_hemisphere("/light", intensity=1.6)
-        cell = 10 ** np.floor(np.log10(size / 2))
-        scene.add_grid("/floor", width=4 * size, height=4 * size, cell_size=cell / 2, section_size=5 * cell, plane="xy")
+        # The lights of viser throw shadows, which cost more than all the rest where there is no graphics card.
+        scene.configure_default_lights(enabled=False)
+        scene.add_light_hemisphere("/sky", intensity=2.0)
+        scene.add_light_directional("/lamp", intensity=1.5, cast_shadow=False, position=(1.0, -2.0, 4.0))
+        cell = 10 ** np.floor(np.log10(size))
+        scene.add_grid("/floor", width=2 * size, height=2 * size, cell_size=cell, section_size=10 * cell, plane="xy")
         camera, wide = self._server.initial_camera, 1.0 if len(self._actors) == 1 else 1.7
-        camera.position = (0.5 * wide * size, -1.5 * wide * size, 1.1 * wide * size)
-        camera.look_at, camera.up = (0.0, 0.0, 0.25 * size), (0.0, 0.0, 1.0)
+        camera.position = (0.45 * wide * size, -1.15 * wide * size, 0.75 * wide * size)
+        camera.look_at, camera.up = (0.0, 0.0, 0.2 * size), (0.0, 0.0, 1.0)
         camera.near, camera.far = 0.01 * size, 100 * size
         self._theme()
 
@@ -272,7 +278,9 @@ class Page:
             motion = near.singularity.motion if near is not None and shown.twist else None
             actor.marks.point(motion, wanted.frame, actor.stage.size)
             name = f"<b>{words.esc(machine.name)}</b>"
-            pieces = [name, *stiffness_pieces(report, shown.direction), near_words, words.esc(soft)]
+            pieces = [
+                name, *stiffness_pieces(report, shown.direction), "<b>singularity</b>", near_words, words.esc(soft),
+            ]  # fmt: skip
             self._stiffness.tell(number, pieces)
             if self._student.is_overtaken:
                 return

@@ -10,7 +10,7 @@ import viser
 from trivet.show.mode_shapes import MovingScene, joined
 from trivet.show.palette import COLOURS, SEE_THROUGH
 from trivet.show.shapes import Role, Shape
-from trivet.viewer.stage import rgb
+from trivet.viewer.stage import MATERIAL, rgb
 
 PERIOD = 1.2
 """Of what is seen, s; what it is in the machine stands beside it."""
@@ -38,7 +38,7 @@ class Ringing:
             vertices, faces = joined(shapes)
             self._meshes[role] = self._server.scene.add_mesh_simple(
                 f"{self._root}/ringing-{len(self._meshes)}", vertices, faces, color=rgb(COLOURS[role]), flat_shading=True,
-                opacity=SEE_THROUGH.get(role), side="double", cast_shadow=False, receive_shadow=False,
+                opacity=SEE_THROUGH.get(role), material=MATERIAL, side="double", cast_shadow=False, receive_shadow=False,
             )  # fmt: skip
 
     @property
