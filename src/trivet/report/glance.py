@@ -75,7 +75,7 @@ _WORDS = (
 def glance(subjects: Sequence[Subject], sections: Collection[str]) -> Section:
     """All facts that the chosen sections have worked out."""
     rows = [(fact.name, *(_told(fact, subject) for subject in subjects)) for fact in FACTS if fact.section in sections]
-    titles = ("", *(subject.machine.about.title for subject in subjects))
+    titles = ("what it is", *(subject.machine.about.title for subject in subjects))
     table = Table("", ("", *(subject.name for subject in subjects)), (titles, *rows))
     return Section("At a glance", (table, Words(_WORDS)))
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from trivet.report.document import Block, Document, Plot, Section, Table
 
-_NUMBER = re.compile(r"[<>≈±+−-]?\s*\d[\d., ]*(e[+−-]?\d+)?\s*(%|°|\S{1,8})?")
+_NUMBER = re.compile(r"[<>≈±+−-]?\s*\d[\d., ]*(e[+−-]?\d+)?\s*(%|[^\W\d][\w/]*( [^\W\d][\w/]*)?|°[\w/²]*)?")
 """A number, with its unit or without."""
 
 

@@ -140,9 +140,10 @@ class Subject:
     @cached_property
     def modes(self) -> ModesReport:
         """At home."""
+        from trivet.study.mode_summary import aligned
         from trivet.study.modes import modes
 
-        return modes(self.machine, mode=self.mode)
+        return aligned(modes(self.machine, mode=self.mode))
 
     @cached_property
     def response(self) -> ShownResponse:

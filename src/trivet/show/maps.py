@@ -37,12 +37,24 @@ def draw_map(
     path: str | os.PathLike[str],
     quantities: tuple[str, ...] = ("K_xx", "K_yy", "K_zz"),
     *,
+    columns: int | None = None,
     overwrite: bool = False,
 ) -> None:
-    """Draw quantities over the check points, and the best roll (PNG or self-contained HTML)."""
+    """Draw quantities over the check points, and the best roll (PNG or self-contained HTML).
+
+    Args:
+        result: the map.
+        path: file to write.
+        quantities: of its stiffness, a panel each.
+        columns: panels of a picture beside each other; all of them when not given.
+        overwrite: whether the file may be replaced.
+    """
     suffix = check_suffix(path)
     with replacing(path, overwrite=overwrite) as temporary:
-        (_picture if suffix == ".png" else _page)(result, quantities, temporary)
+        if suffix == ".png":
+            _picture(result, quantities, columns or len(quantities) + 1, temporary)
+        else:
+            _page(result, quantities, temporary)
 
 
 def _title(result: StiffnessMap) -> str:
@@ -56,15 +68,16 @@ def _panels(result: StiffnessMap, quantities: tuple[str, ...]) -> list[tuple[str
     return [*panels, (f"best roll for {result.objective.name}", np.degrees(result.best.roll), "deg")]
 
 
-def _picture(result: StiffnessMap, quantities: tuple[str, ...], path: Path) -> None:
+def _picture(result: StiffnessMap, quantities: tuple[str, ...], columns: int, path: Path) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     panels = _panels(result, quantities)
-    canvas = Figure(figsize=(4.2 * len(panels), 4.6), layout="constrained")
+    rows = -(-len(panels) // columns)
+    canvas = Figure(figsize=(4.2 * columns, 0.9 + 3.7 * rows), layout="constrained")
     FigureCanvasAgg(canvas)
     canvas.suptitle(_title(result))
-    for axes, (name, values, unit) in zip(np.ravel(canvas.subplots(1, len(panels))), panels, strict=True):
+    for axes, (name, values, unit) in zip(np.ravel(canvas.subplots(rows, columns)), panels, strict=False):
         dots = scatter_map(axes, result, values)
         canvas.colorbar(dots, ax=axes, shrink=0.75, label=f"{name}, {unit}")
         axes.set_title(name)

@@ -231,8 +231,8 @@ def page(shown: ShownResponse) -> Any:
     return figure.update_layout(
         template="simple_white",
         hovermode="x unified" if len(found) == 1 else "closest",
-        legend={"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom"},
-        margin={"t": 60, "b": 60},
+        legend={"orientation": "h", "x": 0, "y": -0.13, "yanchor": "top"},
+        margin={"t": 60, "b": 100},
         updatemenus=[{"type": "buttons", "direction": "right", "buttons": scales, "x": 1, "y": 1.02, "yanchor": "bottom"}],
     )
 

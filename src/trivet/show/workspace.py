@@ -33,7 +33,7 @@ def _picture(study: WorkspaceStudy, path: Path) -> None:
     from matplotlib.figure import Figure
 
     count = len(study.reports)
-    canvas = Figure(figsize=(4.4 * count, 8.2), layout="constrained")
+    canvas = Figure(figsize=(max(4.4 * count, 7.5), 8.2), layout="constrained")  # the title wants room
     FigureCanvasAgg(canvas)
     canvas.suptitle(f"workspace {KINDS[study.reports[0].kind]}: height of the columns, and the section at y = 0")
     grid: Any = np.reshape(canvas.subplots(2, count, sharex=True), (2, count))

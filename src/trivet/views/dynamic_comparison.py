@@ -22,7 +22,8 @@ def tables(result: DynamicComparison) -> Iterator[Any]:
     yield _described(result)
     if result.deviations:
         yield _published(result)
-    yield _orders(result)
+    if len(result.names) > 1:
+        yield _orders(result)
     if result.variants:
         yield _ranges(result)
         yield _variants(result)

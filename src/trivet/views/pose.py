@@ -85,10 +85,11 @@ def budget_table(report: PoseReport) -> Table:
 
 
 def masses_table(report: PoseReport) -> Table:
-    """What moves weighs, and all of it together."""
+    """What moves and weighs something, and all of it together."""
     found = table("masses of what moves", "body", "kg")
     for name, mass in report.masses.items():
-        found.add_row(name, f"{float(mass):.4g}")
+        if mass:
+            found.add_row(name, f"{float(mass):.4g}")
     found.add_row("together", f"{float(sum(report.masses.values())):.4g}")
     return found
 

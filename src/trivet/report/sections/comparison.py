@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
 from trivet.errors import NoResultError, TrivetError
-from trivet.report.document import Block, Listing, Section, Words
+from trivet.report.document import Block, Section, Words
 from trivet.report.subject import Subject
-from trivet.report.telling import attempt, picture, told
+from trivet.report.telling import attempt, picture, repeat, told
 from trivet.study.comparison import Comparison
 from trivet.study.dynamic_comparison import DynamicComparison
 
@@ -24,10 +23,10 @@ _DYNAMIC = "The least force per motion of the platform centre over frequency, ea
 
 def section(subjects: Sequence[Subject]) -> Section:
     """Both halves of a comparison."""
-    static = Section("Stiffness", (Words(_STATIC), *attempt(lambda: _static(subjects))))
-    dynamic = Section("Dynamic stiffness", (Words(_DYNAMIC), *attempt(lambda: _dynamic(subjects))))
+    static = (Words(_STATIC), *attempt(lambda: _static(subjects)), repeat(_command(subjects, "--static-only")))
+    dynamic = (Words(_DYNAMIC), *attempt(lambda: _dynamic(subjects)), repeat(_command(subjects, "--no-sensitivity")))
     heading = "Side by side" if len(subjects) > 1 else "Beside published values"
-    return Section(heading, (Listing("To repeat it", _command(subjects)),), (static, dynamic))
+    return Section(heading, (), (Section("Stiffness", static), Section("Dynamic stiffness", dynamic)))
 
 
 def is_published(subject: Subject) -> bool:
@@ -35,12 +34,9 @@ def is_published(subject: Subject) -> bool:
     return bool(subject.machine.about.published or subject.machine.about.published_dynamic)
 
 
-def _command(subjects: Sequence[Subject]) -> str:
-    first = subjects[0]
-    mode = () if first.mode is None else (f"--mode={first.mode}",)
-    words = [subject.word for subject in subjects]
-    options = ("--no-sensitivity", *first.points.options, "--figure", "comparison.png", *first.switches, *mode)
-    return shlex.join(["trivet", "compare", *words, *options])
+def _command(subjects: Sequence[Subject], half: str) -> str:
+    first, *others = subjects
+    return first.command("compare", *(subject.word for subject in others), half, *first.points.options, model=True)
 
 
 def _static(subjects: Sequence[Subject]) -> Iterator[Block]:

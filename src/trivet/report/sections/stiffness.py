@@ -22,9 +22,10 @@ def section(subject: Subject) -> Section:
 
 
 def _blocks(subject: Subject) -> Iterator[Block]:
+    from trivet.show.maps import draw_map
     from trivet.views import stiffness_map as view
 
     (found,) = subject.comparison.maps
     alt = f"Stiffness of {subject.name} along x, y and z over the check points, seen from above, and the best roll."
-    yield picture(found, "Stiffness and best roll over the check points, seen from above.", alt)
+    yield picture(found, "Stiffness and best roll over the check points, seen from above.", alt, draw=draw_map, columns=2)
     yield from told(view.tables(found))
