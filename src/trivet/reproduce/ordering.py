@@ -1,0 +1,106 @@
+"""Orders of machines: what the paper's digits tell, what comes out, and statements in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations, pairwise
+from typing import NamedTuple
+
+from trivet.reproduce.numbers import Number
+from trivet.reproduce.paper import Claim, Pair
+
+ROUNDING = 1e-9
+"""Relative difference up to which two numbers of ours are one."""
+
+
+class Ordering(NamedTuple):
+    """The machines by one quantity in one setting."""
+
+    quantity: str
+    setting: str
+    paper: str
+    """The paper's order, "a > b = c"."""
+    ours: str
+    agreeing: int
+    """Pairs in the paper's order."""
+    pairs: int
+    """Pairs that its digits tell apart."""
+
+    @property
+    def is_reproduced(self) -> bool:
+        """Whether all pairs are in order; where there are none there is nothing to reproduce."""
+        return self.pairs > 0 and self.agreeing == self.pairs
+
+
+def ordering(quantity: str, setting: str, paper: Mapping[str, Number | None], ours: Mapping[str, float]) -> Ordering:
+    """Ours (SI) beside the paper's; a machine without a number of ours counts as out of order."""
+    known = {name: number for name, number in paper.items() if number is not None}
+    pairs = told_apart(known)
+    agreeing = sum(is_above(pair, ours) for pair in pairs)
+    numbers, halves = ({name: n.value for name, n in known.items()}, {name: n.half for name, n in known.items()})
+    return Ordering(quantity, setting, written(numbers, halves), written(ours), agreeing, len(pairs))
+
+
+def told_apart(known: Mapping[str, Number]) -> list[Pair]:
+    """Pairs of machines whose numbers differ by more than their digits hide, the greater first."""
+    found = []
+    for a, b in combinations(known, 2):
+        if abs(known[a].value - known[b].value) > known[a].half + known[b].half:
+            found.append(Pair(a, b) if known[a].value > known[b].value else Pair(b, a))
+    return found
+
+
+def is_above(pair: Pair, values: Mapping[str, float]) -> bool:
+    """Whether one machine is above the other; not where one has no number."""
+    return pair.above in values and pair.below in values and values[pair.above] > values[pair.below]
+
+
+def written(values: Mapping[str, float], halves: Mapping[str, float] | None = None) -> str:
+    """Machines by their numbers, the greatest first, "a > b = c"; equal are those that half a digit each hides, or rounding."""
+    names = sorted(values, key=lambda name: -values[name])
+    text = names[0] if names else ""
+    for above, below in pairwise(names):
+        hidden = ROUNDING * abs(values[above]) if halves is None else halves[above] + halves[below]
+        text += f" {'>' if values[above] - values[below] > hidden else '='} {below}"
+    return text
+
+
+class Moments(NamedTuple):
+    """What a test of means needs, in any unit."""
+
+    n: int
+    mean: float
+    variance: float
+
+
+def holds(claim: Claim, values: Mapping[str, float], samples: Mapping[str, Moments] | None = None) -> bool | None:
+    """Whether a claim is true of values (SI) by machine; None where it cannot be told.
+
+    Args:
+        claim: what is said.
+        values: by machine, those which have one.
+        samples: by machine, for a claim of significance.
+    """
+    if claim.at_least is not None:
+        least, names = claim.at_least.value, claim.machines or tuple(values)
+        return all(name in values and values[name] >= least for name in names) if names else None
+    pairs = claim.pairs
+    known = [pair for pair in pairs if pair.above in values and pair.below in values]
+    if not pairs or not known:
+        return None
+    if claim.significance is not None:
+        worst = greatest_p(known, samples) if samples else None
+        if worst is None:
+            return None
+        return all(is_above(pair, values) for pair in pairs) and worst < claim.significance
+    return all(is_above(pair, values) for pair in pairs)
+
+
+def greatest_p(pairs: list[Pair], samples: Mapping[str, Moments]) -> float | None:
+    """The greatest p of Welch's two-tailed test over pairs, after Holm's correction over them."""
+    from trivet.study import statistics
+
+    if any(name not in samples for pair in pairs for name in pair):
+        return None
+    full = {name: statistics.Moments(own.n, own.mean, own.variance, own.mean, own.mean) for name, own in samples.items()}
+    return max(statistics.holm([statistics.welch(full[a], full[b])[2] for a, b in pairs]))

@@ -1,0 +1,97 @@
+"""What is found, kept item by item, so that work goes on where it was interrupted."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from trivet.errors import InputError
+from trivet.files import replacing
+from trivet.reproduce.found import Found, adapter
+from trivet.reproduce.paper import Item
+
+FOLDER = "items"
+"""Within the folder of the results: a file per item."""
+VERSION, SETTING = "version of trivet", "setting"
+
+
+class Kept(NamedTuple):
+    """What there is of an item."""
+
+    found: Found | None
+    reason: str
+    """Why there is nothing that could be taken."""
+
+
+def inputs(item: Item) -> dict[str, str]:
+    """What an item depends on, by name: the version, what it is worked out with, and the machine files."""
+    from importlib.metadata import version
+
+    from pydantic import RootModel
+
+    from trivet.model import to_text
+    from trivet.study.machines import choose
+
+    setting = RootModel[Any]((item.work, item.machines, item.values)).model_dump_json()
+    machines = {f"machine {name}": _hash(to_text(choose(name))) for name in item.machines}
+    return {VERSION: version("trivet"), SETTING: _hash(setting)} | machines
+
+
+def path_of(folder: Path, item: Item) -> Path:
+    """The file of an item."""
+    return folder / FOLDER / f"{item.name}.json"
+
+
+def keep(folder: Path, item: Item, found: Found) -> None:
+    """Write what is found; the file appears whole or not at all."""
+    text = adapter().dump_json(found).decode()
+    document = {"inputs": inputs(item), "hash": _hash(text), "found": text}
+    with replacing(path_of(folder, item), overwrite=True) as temporary:
+        temporary.write_text(json.dumps(document), encoding="utf-8")
+
+
+def kept(folder: Path, item: Item) -> Kept:
+    """What an earlier run has left, if it is whole and made of the same."""
+    path = path_of(folder, item)
+    if not path.exists():
+        return Kept(None, "")
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+        text, own = document["found"], document["inputs"]
+        if document["hash"] != _hash(text):
+            return Kept(None, "is damaged")
+        changed = _changed(own, inputs(item))
+        return Kept(None, f"is of another {changed}") if changed else Kept(adapter().validate_json(text), "")
+    except (ValueError, KeyError, TypeError, AttributeError):  # ValidationError is a ValueError
+        return Kept(None, "is damaged")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+
+
+def prepare(folder: Path) -> None:
+    """Make the folder of the results, or take one of an earlier run.
+
+    Raises:
+        InputError: when it cannot be made, or holds what no run has left.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: is a file; the name of a folder was expected")
+    try:
+        if folder.is_dir() and any(folder.iterdir()) and not (folder / FOLDER).is_dir():
+            raise InputError(f"{folder}: holds other files; choose an empty or a new folder, or one of an earlier run")
+        os.makedirs(folder / FOLDER, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made or read: {error.strerror or error}") from None
+
+
+def _changed(before: Mapping[str, str], now: Mapping[str, str]) -> str:
+    """Names of what has changed."""
+    return ", ".join(name for name in {**now, **before} if before.get(name) != now.get(name))
+
+
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
