@@ -56,7 +56,7 @@ FACTS = (
     Fact("chains, drives in brackets", "machine", _chains),
     Fact("mass of what moves, kg", "home", lambda s: _number(sum(s.home.masses.values()))),
     Fact("tilt reached at every azimuth, °", "reach", lambda s: _number(math.degrees(s.tilt.tilt))),
-    Fact("the same from home, °", "reach", lambda s: _number(math.degrees(s.tilt.connected_tilt))),
+    Fact("tilt reached from home, °", "reach", lambda s: _number(math.degrees(s.tilt.connected_tilt))),
     Fact("workspace, cm³", "reach", lambda s: _number(s.workspace.volume * 1e6)),
     Fact(
         "tilt from home to a singularity, °", "singularities", lambda s: _number(math.degrees(s.singularity.tilt_margin.angle))
@@ -66,10 +66,7 @@ FACTS = (
     *(Fact(f"least dynamic stiffness along {axis}, N/µm", "vibration", _least(axis)) for axis in "xyz"),
 )
 
-_WORDS = (
-    "Each number is explained in the section that it comes from, with its assumptions and the command that repeats it. "
-    "A dash says that there is no such number; the section says why."
-)
+_WORDS = "Every number is explained in the section that it comes from. Where there is a dash, the section says why."
 
 
 def glance(subjects: Sequence[Subject], sections: Collection[str]) -> Section:

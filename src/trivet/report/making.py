@@ -172,10 +172,9 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _lead(subjects: Sequence[Subject]) -> str:
-    what = "This machine" if len(subjects) == 1 else "These machines"
     titles = "; ".join(subject.machine.about.title for subject in subjects if subject.machine.about.title)
     described = f"{titles}. " if titles else ""
-    return (
-        f"{described}{what} as trivet works it out from one description: how far it reaches, how stiff it is, how it vibrates, "
-        "what its drives must give."
-    )
+    what = "This machine, worked out by trivet from its machine file"
+    if len(subjects) > 1:
+        what = "These machines, worked out by trivet from their machine files, side by side and one by one"
+    return f"{described}{what}, with what every number rests on and the command that repeats it."

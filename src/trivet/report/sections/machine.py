@@ -38,7 +38,7 @@ def _picture(subject: Subject) -> Iterator[Block]:
     from trivet.show.scene import scene
 
     seen = scene(subject.machine, mode=subject.mode)
-    caption = f"{subject.name} at home. Turn it with the mouse or a finger; what lies under the pointer says its name."
+    caption = f"{subject.name} at home."
     alt = f"The machine {subject.name} at its home pose: chains from the ground to the platform, drives in orange."
     yield Plot(caption, alt, page(paint(seen.shapes), seen), drawn(subject.home))
 

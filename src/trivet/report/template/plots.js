@@ -13,6 +13,8 @@
       return;
     }
     const height = figure.layout.height || 560;
+    const eye = figure.layout.scene?.camera?.eye;
+    if (eye && plot.clientWidth < height) for (const axis of "xyz") eye[axis] *= height / plot.clientWidth;
     plot.style.height = height + "px";
     await Plotly.newPlot(plot, figure.data, figure.layout, LOOK);
     if (!still.src) still.src = await Plotly.toImage(plot, { format: "svg", width: 1000, height: height });
