@@ -44,7 +44,7 @@ class Marks:
         self._ellipsoid.visible = compliance is not None
         if report is None or compliance is None:
             return ""
-        lengths, axes, _ = np.linalg.svd(compliance)  # displacements that unit forces reach
+        axes, lengths, _ = np.linalg.svd(compliance)  # displacements that unit forces reach
         axes[:, 2] *= np.sign(np.linalg.det(axes))
         self._ellipsoid.scale = tuple((LARGEST * size * np.maximum(lengths / lengths[0], FLATTEST)).tolist())
         self._ellipsoid.wxyz = quaternion(axes)

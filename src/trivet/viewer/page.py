@@ -92,6 +92,16 @@ class Page:
             worker.end()
 
     @property
+    def home(self) -> PoseNumbers:
+        """The home pose of the first machine."""
+        return home_of(self.state.machines[0])
+
+    @property
+    def failure(self) -> Exception | None:
+        """What went wrong in a way that nobody foresaw; None for nothing."""
+        return next((w.failure for w in (self._follower, self._student, self._runner) if w.failure is not None), None)
+
+    @property
     def is_idle(self) -> bool:
         """Whether all that was asked for is shown."""
         return all(worker.is_idle for worker in (self._follower, self._student, self._runner))
@@ -101,6 +111,7 @@ class Page:
     def change(
         self,
         pose: PoseNumbers | None = None,
+        coordinate: tuple[int, float] | None = None,
         mode: tuple[int, str] | None = None,
         machine: tuple[int, Any] | None = None,
         by: str = "control",
@@ -110,6 +121,7 @@ class Page:
 
         Args:
             pose: of the first machine.
+            coordinate: one of the numbers of that pose, counted from 0, and its value (m, rad).
             mode: number of a machine and its working mode.
             machine: number of a machine and the machine, of the same topology.
             by: what asked.
@@ -119,6 +131,8 @@ class Page:
             state = self.state
             if pose is not None:
                 state = replace(state, pose=pose)
+            if coordinate is not None:
+                state = replace(state, pose=PoseNumbers(*_with(state.pose, *coordinate)))
             if mode is not None:
                 number, text = mode
                 signs = parse_mode(state.machines[number], text or None)
@@ -173,6 +187,14 @@ class Page:
         with tabs.add_tab("Files"):
             self._files = FilesPanel(server, self._is_dark, lambda *given: self._send("keep", *given), self._set_theme)
         self._add_keys()
+        server.on_client_connect(self._look_at_all)
+
+    def _look_at_all(self, client: viser.ClientHandle) -> None:
+        """Have somebody whose window is narrow stand further away."""
+        if 0 < client.camera.aspect < 1:
+            start = np.array(self._server.initial_camera.position)
+            centre = np.array(self._server.initial_camera.look_at)
+            client.camera.position = centre + (start - centre) / client.camera.aspect**0.7
 
     def _set_look(self) -> None:
         scene, size = self._server.scene, self._size

@@ -18,13 +18,14 @@ class Worker(Generic[T]):
         """Start it.
 
         Args:
-            work: what is done; what it raises is written to the error stream, and the thread goes on.
+            work: what is done; what it raises is written to the error stream and kept as `failure`, and the thread goes on.
             settled: for how long (s) no request may have come before the work begins.
         """
         self._work, self._settled = work, settled
         self._request: list[T] = []
         self._changed, self._ended, self._busy = threading.Condition(), False, False
         self._last = 0.0
+        self.failure: Exception | None = None
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
@@ -67,7 +68,8 @@ class Worker(Generic[T]):
         while request := self._next():
             try:
                 self._work(request[0])
-            except Exception:
+            except Exception as error:
+                self.failure = error
                 traceback.print_exc()
             with self._changed:
                 self._busy = False

@@ -31,8 +31,8 @@ class MapPanel:
         on_press(gui.add_button("Map it", icon=viser.Icon.MAP), lambda: self._asked(seek))
         self._bar: Any = gui.add_progress_bar(0.0, visible=False)
         self._legend = gui.add_html("")
-        self._point: Any = gui.add_slider("Go to point", 1, 2, 1, 1, disabled=True, hint="As a click on the map does")
-        on_number(self._point, lambda value: go(round(value) - 1))
+        self._point: Any = gui.add_slider("Go to point", 0, 1, 1, 0, disabled=True, hint="As a click on the map does")
+        on_number(self._point, lambda value: go(round(value) - 1) if value >= 1 else None)
 
     def _asked(self, seek: Callable[..., None]) -> None:
         name = None if self._machine is None else self._machine.value
@@ -48,7 +48,7 @@ class MapPanel:
     def tell(self, legend: str, points: int) -> None:
         """Show the legend of a map with so many points."""
         self._legend.content = words.block(legend)
-        self._point.max, self._point.disabled = max(points, 2), points == 0
+        self._point.max, self._point.disabled = max(points, 1), points == 0
 
     def stand(self, number: int) -> None:
         """Show which point (from 0) it is gone to."""

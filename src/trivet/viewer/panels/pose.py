@@ -38,7 +38,6 @@ class PosePanel:
         self._sliders = [self._length(k, axis, size) for k, axis in enumerate("xyz")] + [self._angle(name) for name in ANGLES]
         for number, slider in enumerate(self._sliders):
             on_number(slider, partial(self._turned, number))
-        self._pose = state.pose
         buttons = self._gui.add_button("Home", icon=viser.Icon.HOME, hint="The home pose of the machine (key H)")
         on_press(buttons, self.go_home)
         handle = self._gui.add_checkbox(
@@ -69,9 +68,7 @@ class PosePanel:
         return self._gui.add_slider(f"{name}, °", low, high, STEP_ANGLE, min(max(round(begin, 1), low), high), hint=hint)
 
     def _turned(self, number: int, value: float) -> None:
-        own = value / 1e3 if number < 3 else math.radians(value)
-        self._pose = PoseNumbers(*(own if k == number else v for k, v in enumerate(self._pose)))
-        self._change(pose=self._pose, by="sliders")
+        self._change(coordinate=(number, value / 1e3 if number < 3 else math.radians(value)), by="sliders")
 
     def go_home(self) -> None:
         """The home pose."""
@@ -110,7 +107,6 @@ class PosePanel:
 
     def follow(self, state: State, by: str) -> None:
         """Set the controls to a state that came from elsewhere."""
-        self._pose = state.pose
         if by != "sliders":
             for number, (slider, value) in enumerate(zip(self._sliders, state.pose, strict=True)):
                 own = 1e3 * value if number < 3 else math.degrees(value)
