@@ -1,0 +1,116 @@
+"""The reproduction as a document: rules, an overview, and every table and figure with ours beside it."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+from datetime import UTC, datetime
+
+from trivet.model import to_text
+from trivet.report.document import Block, Document, Section, Table, Words
+from trivet.report.provenance import versions
+from trivet.report.telling import repeat
+from trivet.reproduce.charts import plots
+from trivet.reproduce.numbers import NONE
+from trivet.reproduce.outcome import Outcome, Row
+from trivet.reproduce.paper import paper
+from trivet.reproduce.run import Reproduction
+from trivet.reproduce.verdict import RULES
+from trivet.study.machines import choose
+
+LEAD = (
+    "Every table and figure of the paper from which the project started, rebuilt: its numbers, ours, how far they are apart. "
+    "Curves of the paper cannot be set beside ours, since its text holds none; what the text says of them can."
+)
+
+
+def document(result: Reproduction, command: str) -> Document:
+    """What a report says; `command` made it."""
+    sections = (
+        Section("Overview", (Words(paper().citation), _overview(result))),
+        Section("What the verdicts mean", tuple(Words(rule) for rule in RULES)),
+        *(_section(outcome) for outcome in result.outcomes),
+    )
+    return Document("The paper, reproduced", LEAD, sections, _provenance(result, command))
+
+
+def _overview(result: Reproduction) -> Table:
+    rows = ((outcome.item.where, outcome.item.title, outcome.summary) for outcome in result.outcomes)
+    return Table("", ("", "", "comes out"), tuple(rows))
+
+
+def _section(outcome: Outcome) -> Section:
+    item = outcome.item
+    blocks: list[Block] = [Words(f"{item.setting} In sum: {outcome.summary}.")]
+    blocks += _numbers(outcome)
+    blocks += _statements(outcome)
+    blocks += _orderings(outcome)
+    blocks += [Words("\n".join(outcome.found.notes))] if outcome.found.notes else []
+    blocks += plots(outcome.found.charts, item.where)
+    blocks.append(repeat(f"trivet reproduce --only {item.name}", item.command))
+    return Section(f"{item.where}: {item.title}", tuple(blocks))
+
+
+def _numbers(outcome: Outcome) -> list[Block]:
+    """The numbers, and under them the reasons by letter."""
+    if not outcome.rows:
+        return []
+    reasons = letters(row.verdict.reason for row in outcome.rows)
+    is_varied = any(row.least is not None for row in outcome.rows)
+    heads = ("", "machine", "unit", "paper", "ours", "deviation", *(("least", "greatest") if is_varied else ()), "verdict")
+    rows = tuple(_cells(row, reasons, is_varied) for row in outcome.rows)
+    return [Table("Numbers", heads, rows), *_reasons(reasons)]
+
+
+def _cells(row: Row, reasons: dict[str, str], is_varied: bool) -> tuple[str, ...]:
+    ends = (row.unit.text(row.least), row.unit.text(row.greatest)) if is_varied else ()
+    mark = f" ({reasons[row.verdict.reason]})" if row.verdict.reason else ""
+    numbers = (row.paper.text if row.paper else NONE, row.unit.text(row.ours), percent(row.deviation), *ends)
+    return (row.quantity, row.machine, row.unit.shown, *numbers, row.verdict.words + mark)
+
+
+def _statements(outcome: Outcome) -> list[Block]:
+    if not outcome.statements:
+        return []
+    reasons = letters(one.verdict.reason for one in outcome.statements)
+    rows = []
+    for one in outcome.statements:
+        mark = f" ({reasons[one.verdict.reason]})" if one.verdict.reason else ""
+        own = {True: "yes", False: "no", None: NONE}[one.in_paper]
+        count = f"{one.holding} of {one.settings}" if one.settings else NONE
+        rows.append((one.text, one.quantity, one.ours, one.verdict.words + mark, count, own))
+    heads = ("the paper says", "of", "ours", "verdict", "settings in which it holds", "in its own table")
+    return [Table("Statements", heads, tuple(rows)), *_reasons(reasons)]
+
+
+def _orderings(outcome: Outcome) -> list[Block]:
+    """Orders by quantity: in the first setting, and in how many of all."""
+    rows = []
+    for quantity, settings in outcome.settings.items():
+        own = [o for o in outcome.orderings if o.quantity == quantity and o.pairs]
+        if own:
+            first = own[0]
+            count = f"{sum(o.is_reproduced for o in own)} of {len(settings)}"
+            rows.append((quantity, first.paper, first.ours, f"{first.agreeing} of {first.pairs}", count))
+    heads = ("", "paper", "ours", "pairs in order", "settings with all in order")
+    return [Table("Orderings, the greatest first", heads, tuple(rows))] if rows else []
+
+
+def letters(reasons: Iterable[str]) -> dict[str, str]:
+    """A letter per reason, in their order."""
+    return {reason: chr(ord("a") + k) for k, reason in enumerate(dict.fromkeys(r for r in reasons if r))}
+
+
+def _reasons(reasons: dict[str, str]) -> list[Block]:
+    return [Words("\n".join(f"({letter}) because {reason}." for reason, letter in reasons.items()))] if reasons else []
+
+
+def percent(part: float | None) -> str:
+    """A deviation, "+1.4 %"."""
+    return NONE if part is None else f"{100 * part:+.1f} %".replace("-", "−")
+
+
+def _provenance(result: Reproduction, command: str) -> tuple[tuple[str, str], ...]:
+    names = dict.fromkeys(name for outcome in result.outcomes for name in outcome.item.machines)
+    files = ((f"machine {name}", f"SHA-256 {hashlib.sha256(to_text(choose(name)).encode()).hexdigest()}") for name in names)
+    return (("command", command), ("date", f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC"), *versions(), *files)
