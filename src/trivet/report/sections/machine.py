@@ -33,6 +33,7 @@ def section(subject: Subject) -> Section:
 
 
 def _picture(subject: Subject) -> Iterator[Block]:
+    from trivet.show.drawing import draw
     from trivet.show.page import page
     from trivet.show.palette import paint
     from trivet.show.scene import scene
@@ -40,7 +41,8 @@ def _picture(subject: Subject) -> Iterator[Block]:
     seen = scene(subject.machine, mode=subject.mode)
     caption = f"{subject.name} at home."
     alt = f"The machine {subject.name} at its home pose: chains from the ground to the platform, drives in orange."
-    yield Plot(caption, alt, page(paint(seen.shapes), seen), drawn(subject.home))
+    still = drawn(subject.machine, lambda machine, path: draw(machine, mode=subject.mode, path=path))
+    yield Plot(caption, alt, page(paint(seen.shapes), seen), still)
 
 
 def assumptions(machine: Machine) -> Table:
