@@ -63,6 +63,10 @@ class Number(NamedTuple):
         """Whether a value (SI) is this number to all its digits; rounding of the float itself does not count."""
         return abs(value - self.value) <= self.half * (1 + 1e-9)
 
+    def is_above(self, other: Number) -> bool:
+        """Whether all that round to it are above those that round to the other; the ends of both may touch."""
+        return self.value - other.value >= (self.half + other.half) * (1 - 1e-9)
+
     @classmethod
     def __get_pydantic_core_schema__(cls, *_: Any) -> core_schema.CoreSchema:
         return core_schema.no_info_plain_validator_function(number)
@@ -79,16 +83,18 @@ def number(text: Any) -> Number | None:
     if not isinstance(text, str):
         raise _error("expected a number with its unit as text")
     digits, _, name = text.strip().partition(" ")
+    if not name:
+        raise _error("the unit is missing")
     try:
-        exact = Decimal(digits)
-        unit = unit_named(name)
-    except (InvalidOperation, InputError) as error:
-        raise _error(str(error) if isinstance(error, InputError) else f"'{digits}' is no number") from None
+        exact, unit = Decimal(digits), unit_named(name)
+    except InvalidOperation:
+        raise _error(f"'{digits}' is no number") from None
+    except InputError as error:
+        raise _error(str(error)) from None
     exponent = exact.as_tuple().exponent
-    if not isinstance(exponent, int):
+    if not isinstance(exponent, int):  # infinite, or none
         raise _error(f"'{digits}' is no number")
-    value = unit.quantity.parse(text if name else float(exact))
-    return Number(value, float(Decimal((0, (5,), exponent - 1))) * unit.factor, unit, digits)
+    return Number(unit.quantity.parse(text), float(Decimal((0, (5,), exponent - 1))) * unit.factor, unit, digits)
 
 
 @cache

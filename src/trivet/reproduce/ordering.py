@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from itertools import combinations, pairwise
+from collections.abc import Callable, Mapping
+from itertools import pairwise, permutations
 from typing import NamedTuple
 
 from trivet.reproduce.numbers import Number
@@ -37,17 +37,13 @@ def ordering(quantity: str, setting: str, paper: Mapping[str, Number | None], ou
     known = {name: number for name, number in paper.items() if number is not None}
     pairs = told_apart(known)
     agreeing = sum(is_above(pair, ours) for pair in pairs)
-    numbers, halves = ({name: n.value for name, n in known.items()}, {name: n.half for name, n in known.items()})
-    return Ordering(quantity, setting, written(numbers, halves), written(ours), agreeing, len(pairs))
+    theirs = written({name: own.value for name, own in known.items()}, lambda a, b: known[a].is_above(known[b]))
+    return Ordering(quantity, setting, theirs, written(ours), agreeing, len(pairs))
 
 
 def told_apart(known: Mapping[str, Number]) -> list[Pair]:
     """Pairs of machines whose numbers differ by more than their digits hide, the greater first."""
-    found = []
-    for a, b in combinations(known, 2):
-        if abs(known[a].value - known[b].value) > known[a].half + known[b].half:
-            found.append(Pair(a, b) if known[a].value > known[b].value else Pair(b, a))
-    return found
+    return [Pair(a, b) for a, b in permutations(known, 2) if known[a].is_above(known[b])]
 
 
 def is_above(pair: Pair, values: Mapping[str, float]) -> bool:
@@ -55,13 +51,13 @@ def is_above(pair: Pair, values: Mapping[str, float]) -> bool:
     return pair.above in values and pair.below in values and values[pair.above] > values[pair.below]
 
 
-def written(values: Mapping[str, float], halves: Mapping[str, float] | None = None) -> str:
-    """Machines by their numbers, the greatest first, "a > b = c"; equal are those that half a digit each hides, or rounding."""
+def written(values: Mapping[str, float], is_above: Callable[[str, str], bool] | None = None) -> str:
+    """Machines by their numbers, the greatest first, "a > b = c"; those are equal of which none is above the other."""
     names = sorted(values, key=lambda name: -values[name])
     text = names[0] if names else ""
     for above, below in pairwise(names):
-        hidden = ROUNDING * abs(values[above]) if halves is None else halves[above] + halves[below]
-        text += f" {'>' if values[above] - values[below] > hidden else '='} {below}"
+        apart = values[above] - values[below] > ROUNDING * abs(values[above])
+        text += f" {'>' if (apart if is_above is None else is_above(above, below)) else '='} {below}"
     return text
 
 

@@ -153,13 +153,19 @@ def read_paper(data: bytes, name: str) -> Paper:
         found = TypeAdapter(Paper).validate_python(document)
     except ValidationError as error:
         raise InputError(f"{name}: {one_complaint(error, document, Paper)}") from None
-    return replace(found, items=tuple(_whole(item, found.items) for item in found.items))
+    try:
+        return replace(found, items=tuple(_whole(item, found.items) for item in found.items))
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
 
 
 def _whole(item: Item, items: tuple[Item, ...]) -> Item:
     """An item with the values that another one holds for it; its lists are as long as they have to be."""
     if item.values_of:
-        item = replace(item, values=next(other.values for other in items if other.name == item.values_of))
+        others = {other.name: other.values for other in items}
+        if item.values_of not in others:
+            raise InputError(f"{item.name}: values_of: {item.values_of} is no item{nearest(item.values_of, others)}")
+        item = replace(item, values=others[item.values_of])
     for own in item.values:
         if len(own.paper) != len(item.machines) or len(own.of) not in (0, len(item.machines)):
             raise InputError(
