@@ -44,6 +44,12 @@ class Seen:
         finally:
             context.close()
 
+    def drawn(self) -> None:
+        """Wait until what has come is drawn."""
+        self.page.evaluate(
+            "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 300))))"
+        )
+
     def keep(self, name: str) -> bytes:
         """A screenshot, kept under a name."""
         SCREENS.mkdir(parents=True, exist_ok=True)

@@ -94,8 +94,10 @@ def driven(one: tuple[str, Page, Path]) -> Iterator[Driven]:
         seen.page.get_by_role("tab", name="Pose").wait_for()
         until(lambda: page._server.get_clients())
         found.settle()
+        seen.drawn()
         yield found
         seen.check()
+        assert page.failure is None
 
 
 def test_the_pose_by_number_and_by_key(driven: Driven) -> None:
@@ -112,10 +114,10 @@ def test_the_pose_by_number_and_by_key(driven: Driven) -> None:
     driven.says("✓ reached")
     driven.click("Home")
     until(lambda: driven.page.state.pose == driven.page.home)
-    assert driven.row("tilt, °").locator("input[inputmode=decimal]").input_value() == "0"
+    until(lambda: driven.row("tilt, °").locator("input[inputmode=decimal]").input_value() == "0")
     driven.type("y, mm", "1")
     until(lambda: driven.page.state.pose != driven.page.home)
-    driven.web.locator("canvas").first.click(position={"x": 200, "y": 700})
+    driven.web.mouse.click(200, 700)
     driven.web.keyboard.press("h")
     until(lambda: driven.page.state.pose == driven.page.home)
 
@@ -311,8 +313,6 @@ def test_every_panel_on_a_desk_and_a_phone_by_day_and_night(
     address, page, _ = one
     with opened(address, size) as seen:
         seen.page.locator("canvas").first.wait_for()
-        if size == PHONE:
-            seen.page.get_by_text("trivet", exact=True).click()
         seen.page.get_by_role("tab", name="Files").click()
         box = seen.page.get_by_role("checkbox").filter(visible=True).first
         if box.is_checked() != dark:
