@@ -44,6 +44,8 @@ FAR = 10.0
 """How far a handle may be dragged, m."""
 WIDTH = 400
 """Of the panel, pixels."""
+ASIDE, BELOW = 0.2, 0.35
+"""How far aside of the machine, and below it, one looks where the panel stands beside it, or below; shares of its size."""
 HANDLE = 0.28
 """Length of its arrows, as a share of the machine's size."""
 
@@ -190,11 +192,18 @@ class Page:
         server.on_client_connect(self._look_at_all)
 
     def _look_at_all(self, client: viser.ClientHandle) -> None:
-        """Have somebody whose window is narrow stand further away."""
-        if 0 < client.camera.aspect < 1:
-            start = np.array(self._server.initial_camera.position)
-            centre = np.array(self._server.initial_camera.look_at)
-            client.camera.position = centre + (start - centre) / client.camera.aspect**0.7
+        """Have somebody whose window is narrow stand further away; he looks over the panel, not past it."""
+        aspect = client.camera.aspect
+        if 0 < aspect < 1:
+            eye, centre = self._view(aspect**-0.7, 0.0)
+            below = np.array((0.0, 0.0, BELOW * self._size))
+            client.camera.position, client.camera.look_at = eye - below, centre - below
+
+    def _view(self, distance: float, aside: float) -> tuple[np.ndarray, np.ndarray]:
+        """Where one stands and what one looks at: further away, and aside, for a panel that covers some of it."""
+        size, wide = self._size, 1.0 if len(self._actors) == 1 else 1.6
+        centre = np.array((0.0, 0.0, 0.2 * size)) + aside * wide * size * np.array((0.93, 0.37, 0.0))
+        return centre + distance * wide * size * np.array((0.45, -1.15, 0.55)), centre
 
     def _set_look(self) -> None:
         scene, size = self._server.scene, self._size
@@ -207,9 +216,9 @@ class Page:
         scene.add_light_directional("/lamp", intensity=1.5, cast_shadow=False, position=(1.0, -2.0, 4.0))
         cell = 10 ** np.floor(np.log10(size))
         scene.add_grid("/floor", width=2 * size, height=2 * size, cell_size=cell, section_size=10 * cell, plane="xy")
-        camera, wide = self._server.initial_camera, 1.0 if len(self._actors) == 1 else 1.7
-        camera.position = (0.45 * wide * size, -1.15 * wide * size, 0.75 * wide * size)
-        camera.look_at, camera.up = (0.0, 0.0, 0.2 * size), (0.0, 0.0, 1.0)
+        camera = self._server.initial_camera
+        eye, centre = self._view(1.0, ASIDE)
+        camera.position, camera.look_at, camera.up = eye, centre, (0.0, 0.0, 1.0)
         camera.near, camera.far = 0.01 * size, 100 * size
         self._theme()
 
