@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import signal
 import sys
-import time
+import threading
 import webbrowser
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -44,14 +45,26 @@ def serving(
 
 
 def serve(state: State, port: int | None = None, is_dark: bool = False, in_browser: bool = True) -> None:
-    """Show a page until Ctrl-C."""
+    """Show a page until Ctrl-C; its thread must be the main one.
+
+    Raises:
+        InputError: when somebody else listens on the port.
+        SystemExit: when the process is told to end.
+    """
     sys.setswitchinterval(1e-3)  # who drags must not wait for a study's turn
     with serving(state, port, None, is_dark) as (address, _):
+        ended, told = threading.Event(), [signal.SIGINT]
+
+        def end(number: int, frame: object) -> None:
+            told[0] = signal.Signals(number)
+            ended.set()
+
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, end)
         print(f"{address}  (Ctrl-C ends it)", flush=True)
         if in_browser:
             webbrowser.open(address)
-        try:
-            while True:
-                time.sleep(3600)
-        except KeyboardInterrupt:
-            print("trivet: the page is closed", file=sys.stderr)
+        ended.wait()
+    if told[0] != signal.SIGINT:
+        raise SystemExit(128 + told[0])
+    print("trivet: the page is closed", file=sys.stderr)
