@@ -236,6 +236,11 @@ def alive(number: int) -> bool:
         return False
 
 
+def heeding() -> None:
+    """Commands that ran here before may have left interruptions ignored."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="looks at processes in /proc")
 def test_whoever_interrupts_leaves_nothing_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither the browser nor its children nor their folder, although interruptions come again and again."""
@@ -249,7 +254,8 @@ def test_whoever_interrupts_leaves_nothing_behind(tmp_path: Path, monkeypatch: p
         "trivet.cli.app.app = app\n"
         "trivet.cli.program()\n"
     )
-    process = subprocess.Popen([sys.executable, "-c", code], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+    command = [sys.executable, "-c", code]
+    process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, preexec_fn=heeding)
     end = time.monotonic() + 60
     while not (tmp_path / "running").exists() or not (tmp_path / "running").read_text().strip():
         assert time.monotonic() < end

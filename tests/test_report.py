@@ -1,0 +1,298 @@
+"""Reports of machines: what they say is what commands say, what cannot be said has a reason, wrong input is refused at once."""
+
+from __future__ import annotations
+
+import dataclasses
+import html
+import os
+import re
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_measure_correlate_cli import SETUP, measured
+from test_report_document import heeding
+
+import trivet as t
+from trivet.errors import NoResultError
+from trivet.measure.files.by_suffix import save_functions
+from trivet.report.document import Block, Document, Listing, Picture, Plot, Section, Table, Words
+from trivet.report.making import SECTIONS, report_of, subject_of
+from trivet.report.sections import comparison
+from trivet.report.subject import Hemisphere, Subject
+
+Trivet = Callable[..., tuple[int, str, str]]
+"""The fixture of that name."""
+FEW = Hemisphere(steps=2)
+STUDIES = (
+    "home", "tilt", "workspace", "singularity", "singularities", "comparison", "dynamics", "modes", "response", "motion",
+)  # fmt: skip
+
+
+def subject(name: str = "azulay", points: Hemisphere = FEW) -> Subject:
+    return subject_of(name, points=points)
+
+
+def sections(found: tuple[Section, ...]) -> Iterator[Section]:
+    for section in found:
+        yield section
+        yield from sections(section.sections)
+
+
+def blocks(document: Document, kind: type[Block]) -> list[Block]:
+    return [block for section in sections(document.sections) for block in section.blocks if isinstance(block, kind)]
+
+
+def commands(section: Section) -> list[list[str]]:
+    found = [block.text for block in section.blocks if isinstance(block, Listing) and block.caption == "To repeat it"]
+    return [shlex.split(line) for text in found for line in text.splitlines()]
+
+
+def rows(document: Document | Section) -> list[tuple[str, ...]]:
+    own = sections((document,) if isinstance(document, Section) else document.sections)
+    return [row for section in own for block in section.blocks if isinstance(block, Table) for row in block.rows]
+
+
+@pytest.fixture(scope="module")
+def whole() -> Document:
+    return report_of([subject()], command="the command")
+
+
+def test_everything_is_told(whole: Document) -> None:
+    assert [section.heading for section in whole.sections] == [
+        "At a glance", "Beside published values", "The machine", "At home", "Reach", "Singularities",
+        "Stiffness over the hemisphere", "Vibration", "Dynamics of a motion", "The machine file",
+    ]  # fmt: skip
+    assert not [words for words in blocks(whole, Words) if "nothing to show" in words.text]
+    assert len(blocks(whole, Plot)) == 2, "the machine, its responses"
+    assert len(blocks(whole, Picture)) == 8
+    leaves = [section for section in sections(whole.sections) if not section.sections and section.heading != "At a glance"]
+    assert all(commands(section) for section in leaves), "every section says how it is repeated"
+    facts = dict(row for row in rows(whole.sections[0]))
+    assert "–" not in facts.values()
+    assert len(facts) == 14
+
+
+def test_numbers_are_those_of_the_studies(whole: Document) -> None:
+    facts = dict(row for row in rows(whole.sections[0]))
+    found = t.stiffness_map("azulay", subject().surface)
+    for axis in ("xx", "yy", "zz"):
+        mean = np.nanmean(found.diagonal(f"K_{axis}")) / 1e6
+        assert float(facts[f"K_{axis}, mean over the check points, N/µm"]) == pytest.approx(mean, rel=1e-3)
+    assert float(facts["lowest natural frequency, Hz"]) == pytest.approx(t.modes("azulay").frequency[0], rel=1e-3)
+    assert float(facts["mass of what moves, kg"]) == pytest.approx(sum(t.pose("azulay").masses.values()), rel=1e-3)
+
+
+@pytest.mark.parametrize("heading", ["The machine", "At home", "Tilt", "Over the hemisphere", "Stiffness over the hemisphere"])
+def test_commands_repeat_what_they_say(heading: str, whole: Document, trivet: Trivet) -> None:
+    """What the command of a section prints holds every cell of its tables."""
+    # "At home" is told of the pose and of singularities; the pose comes first.
+    (found, *_) = (section for section in sections(whole.sections) if section.heading == heading)
+    ((program, *arguments),) = commands(found)
+    assert program == "trivet"
+    code, out, _ = trivet(*arguments)
+    assert code == 0
+    printed = "".join(out.split())
+    own = ("what the numbers rest on", "masses of what moves")
+    tables = [block for block in found.blocks if isinstance(block, Table) and block.caption not in own]
+    assert tables
+    for cell in (cell for table in tables for row in table.rows for cell in row):
+        for word in cell.split():
+            assert word in printed, (cell, out)
+
+
+def test_the_file_is_that_of_the_machine(whole: Document, tmp_path: Path) -> None:
+    (listing,) = (block for block in whole.sections[-1].blocks if isinstance(block, Listing) and "file" in block.caption)
+    path = tmp_path / "again.toml"
+    path.write_text(listing.text, encoding="utf-8")
+    assert t.dimensions(t.load(path)) == t.dimensions(t.load("azulay"))
+    told = dict(whole.provenance)
+    assert told["machine file of azulay"].split()[1].rstrip(",") == sha256(path.read_bytes()).hexdigest()
+    assert {"trivet", "jax", "numpy", "scipy", "Python", "date"} <= set(told)
+    assert told["command"] == "the command"
+
+
+@pytest.fixture
+def no_stills(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Machines that are drawn are drawn by other tests."""
+    monkeypatch.setattr("trivet.report.sections.machine.drawn", lambda *_: b"")
+
+
+@pytest.mark.usefixtures("no_stills")
+def test_settings_and_switches_count_and_are_in_every_command(trivet: Trivet, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Subject] = []
+
+    def none(self: Subject) -> None:
+        asked.append(self)
+        raise NoResultError("nothing")
+
+    monkeypatch.setattr(Subject, "comparison", property(none))
+    settings = ("--set", "link.length=210 mm", "--set", "home.position=0 mm,0 mm,120 mm")
+    options = ("--spherical", "300 N m/rad", "--guide", "rotation", "--drives", "rigid", "--shear", "--mode=++ ++ ++")
+    others = ("--sections", "machine,stiffness", "--steps", "3", "--radius", "5 mm", "-o", "report.html")
+    code, out, err = trivet("report", "azulay", *settings, *options, *others)
+    assert (code, err) == (0, "")
+    assert re.fullmatch(rf"{re.escape(str(Path('report.html').resolve()))}: \d+\.\d MB\n", out)
+    page = html.unescape(Path("report.html").read_text(encoding="utf-8"))
+    for words in ("elastic: they resist", "Timoshenko", "along the circle, turning with it", "210 mm", "0 mm, 0 mm, 120 mm"):
+        assert words in page
+    word = "azulay@link.length=210 mm,home.position=0 mm,0 mm,120 mm"
+    (line,) = re.findall(r"<code>(trivet map .*)</code>", page)
+    own = ["map", word, "--figure", "stiffness.png", "--steps", "3", "--radius", "5 mm"]
+    assert shlex.split(line) == ["trivet", *own, *options]
+    found = asked[0]
+    length, home = float(found.machine.chains["leg"].elements[3].length), found.machine.home.position
+    assert (length, home) == (0.21, (0.0, 0.0, 0.12))
+    assert found.machine == t.switched(t.load("azulay", {"link.length": "210 mm", "home.position": "0 mm,0 mm,120 mm"}),
+                                       "300 N m/rad", "rotation", True, "rigid")  # fmt: skip
+    assert len(found.surface) == len(t.hemisphere(0.121, 0.005, 3))
+
+
+@pytest.mark.usefixtures("no_stills")
+@pytest.mark.parametrize("name", t.catalogue())
+def test_every_machine_of_the_catalogue(name: str) -> None:
+    found = report_of([subject(name)], ["machine", "file"])
+    assert not [words for words in blocks(found, Words) if "nothing to show" in words.text]
+    assert len(blocks(found, Plot)) == 1
+    assert rows(found.sections[0])[0][1] == t.load(name).about.title
+
+
+@pytest.mark.usefixtures("no_stills")
+def test_what_cannot_be_told_has_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever fails, the rest is told; and what fails does so once per place."""
+
+    def fails(self: Subject) -> None:
+        raise NoResultError("the reason")
+
+    for study in STUDIES:
+        monkeypatch.setattr(Subject, study, property(fails))
+    found = report_of([subject("azulay"), subject("eclipse")], [name for name in SECTIONS if name != "measured"])
+    told = [words.text for words in blocks(found, Words) if "nothing to show" in words.text]
+    assert len(told) == 2 + 2 * 9, "two halves of the comparison; per machine home, tilt, workspace, …"
+    assert all("the reason" in words for words in told)
+    facts = rows(found.sections[0])
+    assert {cell for row in facts[2:] for cell in row[1:]} == {"–"}
+
+
+def test_a_machine_without_a_hemisphere_is_left_out_of_a_comparison() -> None:
+    bare = dataclasses.replace(t.load("azulay"), workpiece=None).renamed("bare")
+    found = comparison.section([subject("azulay"), subject_of(bare, points=FEW)])
+    static = found.sections[0]
+    words = [block.text for block in static.blocks if isinstance(block, Words)]
+    assert "Left out: bare: has no [workpiece]; give the radius and the height of the hemisphere" in words
+    names = {row[0] for row in rows(static)}
+    assert "azulay" in names
+    assert "bare" not in names
+    assert commands(static)[0][:4] == ["trivet", "compare", "azulay", "bare.toml"]
+
+
+def test_several_machines_stand_side_by_side(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Subject, "dynamics", property(lambda self: (_ for _ in ()).throw(NoResultError("none"))))
+    found = report_of([subject("azulay"), subject("azulay@link.length=210 mm")], ["comparison", "file"])
+    assert [s.heading for s in found.sections] == ["At a glance", "Side by side", "azulay", "azulay@link.length=210 mm"]
+    assert found.title == "Report on azulay and azulay@link.length=210 mm"
+    assert {row[0] for row in rows(found)} >= {"azulay - azulay@link.length=210 mm"}, "tested against each other"
+
+
+def test_measured_responses(trivet: Trivet) -> None:
+    save_functions(measured(), "measured.nc")
+    Path("setup.toml").write_text(SETUP, encoding="utf-8")
+    given = ("--measured", "measured.nc", "--setup", "setup.toml")
+    code, _, err = trivet("report", "azulay", *given, "--sections", "measured", "-o", "report.html")
+    assert (code, err) == (0, "")
+    page = Path("report.html").read_text(encoding="utf-8")
+    assert "FRAC" in page
+    assert page.count("data:image/png") == 2
+    (line,) = re.findall(r"<code>(trivet measure correlate .*)</code>", page)
+    assert line.startswith("trivet measure correlate measured.nc azulay --setup setup.toml")
+    for name in ("measured.nc", "setup.toml"):
+        assert f"SHA-256 {sha256(Path(name).read_bytes()).hexdigest()}" in page
+    Path("other.toml").write_text('[points.h]\non = "leg-1.hinge"\n', encoding="utf-8")
+    code, _, err = trivet("report", "azulay", *given[:3], "other.toml", "-o", "other.html")
+    assert code == 2
+    assert err.startswith("trivet: point 1: the set-up does not say where it is")
+
+
+WRONG = [
+    (("azulay", "-o", "report.txt"), "report.txt: a report ends in .html or .pdf"),
+    (("azulay", "-o", "none/report.html"), "report.html: cannot be written"),
+    (("azulay", "-o", "there.html"), "there.html: exists already"),
+    (("azulay",), "Missing option '--output'"),
+    (("azulays", "-o", "report.html"), "azulays: no machine of this name"),
+    (("azulay", "azulay", "-o", "report.html"), "azulay: given twice"),
+    (("azulay", "--mode", "+", "-o", "report.html"), "mode"),
+    (("azulay", "--sections", "stifness", "-o", "report.html"), "section 'stifness' is not known; did you mean 'stiffness'"),
+    (("azulay", "--sections", "measured", "-o", "report.html"), "section 'measured': is about measured responses; give --m"),
+    (
+        ("azulay", "--setup", "setup.toml", "-o", "report.html"),
+        "--setup: goes with measured responses; give --measured as well",
+    ),
+    (("azulay", "--measured", "measured.nc", "-o", "report.html"), "--measured: where its points lie on the machine"),
+    (("azulay", "--measured", "none.nc", "--setup", "setup.toml", "-o", "report.html"), "none.nc"),
+    (("azulay", "--radius", "5", "-o", "report.html"), '--radius "5"'),
+    (("azulay", "--set", "link.size=5 mm", "-o", "report.html"), "link.size"),
+    (("azulay", "--spherical", "loose", "-o", "report.html"), 'spherical "loose"'),
+]
+
+
+@pytest.mark.parametrize(("arguments", "words"), WRONG, ids=[words[:30] for _, words in WRONG])
+def test_wrong_input_is_refused_at_once(
+    arguments: tuple[str, ...], words: str, trivet: Trivet, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("trivet.report.making._of_one", lambda *_: pytest.fail("no work before the look"))
+    Path("there.html").write_text("mine")
+    code, out, err = trivet("report", *arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith("trivet: ")
+    assert words in err
+    assert err.count("\n") == 1
+    assert os.listdir() == ["there.html"]
+    assert Path("there.html").read_text() == "mine"
+
+
+def test_no_browser_is_told_at_once(trivet: Trivet, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("trivet.report.making._of_one", lambda *_: pytest.fail("no work before the look"))
+    monkeypatch.setenv("PATH", "/nowhere")
+    code, _, err = trivet("report", "azulay", "-o", "report.pdf")
+    assert code == 1
+    assert err.startswith("trivet: a PDF is printed by a browser")
+    assert os.listdir() == []
+
+
+@pytest.mark.usefixtures("no_stills")
+def test_in_python(tmp_path: Path) -> None:
+    seen: list[tuple[str, int, int]] = []
+    machine = t.load("azulay")
+    path = tmp_path / "report.html"
+    t.write_report(machine, path, sections=["machine"], progress=lambda *told: seen.append(told))
+    page = path.read_text(encoding="utf-8")
+    assert "trivet show azulay.toml --figure" in page
+    assert "trivet.write_report, in Python" in page
+    assert seen == [("azulay", 0, 1), ("azulay", 1, 1)]
+
+
+def test_whoever_interrupts_leaves_nothing_behind(tmp_path: Path) -> None:
+    (tmp_path / "tmp").mkdir()
+    environment = os.environ | {"TMPDIR": str(tmp_path / "tmp")}
+    command = [sys.executable, "-m", "trivet", "report", "azulay", "-o", "report.html"]
+    process = subprocess.Popen(
+        command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        preexec_fn=heeding,
+    )  # fmt: skip
+    end = time.monotonic() + 120
+    while not list((tmp_path / "tmp").glob("trivet-*")):  # the first figure is being drawn
+        assert time.monotonic() < end
+        assert process.poll() is None
+        time.sleep(0.001)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert (process.returncode, out, err) == (130, "", "trivet: interrupted\n")
+    assert list((tmp_path / "tmp").glob("trivet-*")) == []
+    assert [p.name for p in tmp_path.iterdir()] == ["tmp"]
