@@ -244,8 +244,9 @@ def test_numbers_beside_the_paper() -> None:
     first, other = found.orderings
     assert (first.agreeing, first.pairs, first.is_reproduced) == (6, 6, True)
     assert (other.agreeing, other.is_reproduced) == (1, False)
-    turned = outcome(azulay=5.3e6, eclipse=7.4e6, alizade=5.1e6, glozman=5.4e6)
-    assert turned.rows[2].verdict.kind == "not reproducible", "azulay and glozman have changed places"
+    in_order = {f"{name}_other": value for name, value in zip(FOUR, (3e6, 4e6, 1e6, 2e6), strict=True)}
+    turned = outcome(azulay=5.3e6, eclipse=7.4e6, alizade=5.1e6, glozman=5.4e6, **in_order)
+    assert turned.rows[2].verdict.kind == "not reproducible", "azulay and glozman have changed places, but in the other setting"
 
 
 def test_statements_count_settings_and_look_at_the_papers_own_table() -> None:
@@ -257,6 +258,8 @@ def test_statements_count_settings_and_look_at_the_papers_own_table() -> None:
     x, y, z = outcome(claims, azulay=5.0, alizade=4.0, eclipse=6.0, azulay_other=3.0, alizade_other=4.0).statements
     assert (x.verdict.words, x.holding, x.settings, x.in_paper) == ("holds", 1, 2, True)
     assert (y.verdict.words, y.in_paper) == ("does not hold, nor in the paper's own table", False)
+    (one, *_) = outcome(claims, azulay=5.0, alizade=4.0).statements
+    assert (one.holding, one.settings) == (1, 1), "the other setting has no numbers"
     assert (z.verdict.reason, z.settings, z.in_paper) == ("nobody knows", 0, None)
 
 
