@@ -30,6 +30,7 @@ def main() -> None:
         opened(address) as seen,
     ):
         seen.page.get_by_role("tab", name="Map").click()
+        page._map._quantity.value, page._map._roll.value, page._map._steps.value = "sigma_min", "-alpha", 16
         page._seek_map(0, "sigma_min", 16, "-alpha")
         seen.page.get_by_text("sigma_min; the hemisphere").wait_for()
         page.change(twist=True)

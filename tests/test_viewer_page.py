@@ -164,6 +164,9 @@ def test_the_handle_is_dragged_and_the_machine_follows(driven: Driven) -> None:
     driven.switch("Drag handle")
     until(lambda: not driven.page._handle.visible)
     driven.switch("Drag handle")
+    driven.switch("Names")
+    until(lambda: not driven.page._actors[0].stage._names[0].visible)
+    driven.switch("Names")
 
 
 def test_working_and_assembly_modes(driven: Driven) -> None:
@@ -255,9 +258,7 @@ def test_dimensions(driven: Driven) -> None:
     driven.tab("Machine")
     driven.web.get_by_text("section tube").click()
     driven.type("tube.inner_diameter, mm", "19.5")
-    driven.tab("Files")
     driven.says("inner_diameter")
-    driven.tab("Machine")
     driven.click("Reset azulay")
     until(lambda: driven.page.state.machines[0] is driven.page._dimensions[0]._first)
     driven.settle()

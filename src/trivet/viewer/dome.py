@@ -50,7 +50,9 @@ class Dome:
         for number, points in enumerate(found.curves):
             way = self._radius * 1.01 * self._unit(found, points)
             lines = np.stack([way[:-1], way[1:]], axis=1)
-            curve = self._server.scene.add_line_segments(f"{name}/curve-{number}", lines, rgb(MARKED), thickness=4.0)
+            curve = self._server.scene.add_line_segments(
+                f"{name}/curve-{number}", lines, rgb(MARKED), thickness=4.0, thickness_units="screen"
+            )
             self._handles.append(curve)
         low, high = found.limits
         ramp = self._colours(found, np.linspace(low, high, LEGEND))

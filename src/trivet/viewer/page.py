@@ -184,7 +184,7 @@ class Page:
             self._map = MapPanel(server, state, lambda *given: self._send("map", *given), self._go)
         with tabs.add_tab("Machine"):
             self._dimensions = [
-                MachinePanel(server, number, machine, self.change, self._tell) for number, machine in enumerate(state.machines)
+                MachinePanel(server, number, machine, self.change) for number, machine in enumerate(state.machines)
             ]
         with tabs.add_tab("Files"):
             self._files = FilesPanel(server, self._is_dark, lambda *given: self._send("keep", *given), self._set_theme)
@@ -257,9 +257,6 @@ class Page:
 
         home.on_trigger(go)
         dark.on_trigger(turn)
-
-    def _tell(self, text: str) -> None:
-        self._files.tell(text)
 
     # What follows at once
 
@@ -343,6 +340,9 @@ class Page:
             doing[errand.what](*errand.given)
         except TrivetError as error:
             self._note(str(error), is_good=False)
+        except Exception as error:
+            self._note(f"{errand.what} failed: {type(error).__name__}; the terminal says more", is_good=False)
+            raise
 
     def _note(self, text: str, is_good: bool = True) -> None:
         self._files.tell(text)
@@ -400,7 +400,10 @@ class Page:
             self._show(keeping.restore(self._folder, name))
             self._note(f"{name} is shown")
         else:
-            path = keeping.keep_page(recorded(self._server, self._actors, state, self._is_dark), self._folder, name, overwrite)
+            self._handle.visible = False  # nobody follows it there
+            page = recorded(self._server, self._actors, state, self._is_dark)
+            self._handle.visible = state.shown.handle
+            path = keeping.keep_page(page, self._folder, name, overwrite)
             self._note(f"written: {path.name}")
 
     def _show(self, state: State) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import threading
@@ -62,9 +63,14 @@ def serve(state: State, port: int | None = None, is_dark: bool = False, in_brows
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, end)
         print(f"{address}  (Ctrl-C ends it)", flush=True)
-        if in_browser:
+        if in_browser and _has_screen():
             webbrowser.open(address)
         ended.wait()
     if told[0] != signal.SIGINT:
         raise SystemExit(128 + told[0])
     print("trivet: the page is closed", file=sys.stderr)
+
+
+def _has_screen() -> bool:
+    """Whether a browser would have a window: without one a browser for terminals might start in this one."""
+    return sys.platform in ("darwin", "win32") or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))

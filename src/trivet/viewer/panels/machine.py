@@ -14,6 +14,7 @@ from trivet.model import Machine, dimensions
 from trivet.model.check import check
 from trivet.model.kinds import kinds
 from trivet.model.quantity import Quantity
+from trivet.viewer import words
 from trivet.viewer.panels.inputs import on_number, on_press
 
 RANGE = 0.5
@@ -39,12 +40,10 @@ class _Dimension(NamedTuple):
 class MachinePanel:
     """The dimensions of one machine."""
 
-    def __init__(
-        self, server: viser.ViserServer, number: int, machine: Machine, change: Callable[..., None], tell: Callable[[str], None]
-    ):
-        """`change` takes what of the state is to change; `tell` a message."""
-        self._number, self._change, self._tell = number, change, tell
-        self._machine = self._first = machine
+    def __init__(self, server: viser.ViserServer, number: int, machine: Machine, change: Callable[..., None]) -> None:
+        """`change` takes what of the state is to change."""
+        self._number, self._change = number, change
+        self._first = machine
         self._rows: list[_Dimension] = []
         known, own = dimensions(machine), kinds(machine)
         groups: dict[str, list[tuple[str, int]]] = {}
@@ -53,6 +52,7 @@ class MachinePanel:
                 groups.setdefault(_group(path), []).append((path, leaf))
         reset = server.gui.add_button(f"Reset {machine.name}", hint="All dimensions as in the machine file")
         on_press(reset, self.reset)
+        self._told = server.gui.add_html("")
         for group, members in groups.items():
             with server.gui.add_folder(group, expand_by_default=False):
                 for path, leaf in members:
@@ -81,23 +81,17 @@ class MachinePanel:
         try:
             check(changed)
         except TrivetError as error:
-            self._tell(str(error))
+            self._told.content = words.block(words.esc(str(error)))
             return
-        self._machine = changed
+        self._told.content = ""
         self._change(machine=(self._number, changed), by="dimension")
 
     def reset(self) -> None:
         """All dimensions as they were."""
-        self.take(self._first)
-        self._change(machine=(self._number, self._first), by="dimension")
-
-    def take(self, machine: Machine) -> None:
-        """Set the sliders to a machine of the same topology."""
-        self._machine = machine
-        leaves = jax.tree.leaves(machine)
+        self._told.content = ""
         for row in self._rows:
-            value = float(leaves[row.leaf]) * row.factor
-            row.slider.value = min(max(value, row.slider.min), row.slider.max)
+            row.slider.value = row.start * row.factor
+        self._change(machine=(self._number, self._first), by="dimension")
 
 
 def _factor(kind: Quantity) -> float:

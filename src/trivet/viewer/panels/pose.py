@@ -22,7 +22,7 @@ STEP_LENGTH, STEP_ANGLE = 0.1, 0.1
 """mm and degrees."""
 REACH = 0.75
 """How far the sliders go from home, as a share of the machine's size."""
-MOST_TILT = 120.0
+MOST_TILT = 180.0
 """Degrees."""
 
 
@@ -44,6 +44,8 @@ class PosePanel:
             "Drag handle", state.shown.handle, hint="Arrows and arcs by which the platform is moved"
         )
         on_switch(handle, lambda on: change(handle=on))
+        names = self._gui.add_checkbox("Names", state.shown.names, hint="Of chains, and of {O}")
+        on_switch(names, lambda on: change(names=on))
         self._modes = [self._chains(server, state, number) for number in range(len(state.machines))]
         seeker = self._gui.add_button("Find assembly modes", hint="All poses of the platform with the drives where they are")
         on_press(seeker, seek)
