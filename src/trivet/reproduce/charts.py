@@ -42,7 +42,7 @@ def _plot(title: str, charts: list[Chart], where: str) -> Plot:
     )
     names = ", ".join(dict.fromkeys(series.name for chart in charts for series in chart.series))
     panels = "; ".join(f"{chart.panel + ': ' if chart.panel else ''}{chart.y} over {chart.x}" for chart in charts)
-    return Plot(f"{where}, ours: {title}", f"{where}, {title}. {panels}. Curves: {names}.", figure)
+    return Plot(f"{where}, ours: {title}.", f"{where}, {title}. {panels}. Curves: {names}.", figure)
 
 
 def _colours(charts: list[Chart]) -> dict[str, str]:
@@ -66,6 +66,6 @@ def _axes(figure: Any, chart: Chart, row: int, column: int, is_first: bool) -> N
     own = {"row": row, "col": column, "showgrid": True, "gridcolor": GRID, "zeroline": False, "linecolor": BLACK}
     kinds = {axis: "log" if axis in chart.logarithmic else "linear" for axis in "xy"}
     figure.update_xaxes(title_text=chart.x, type=kinds["x"], **own)
-    figure.update_yaxes(title_text=chart.y if is_first else "", type=kinds["y"], **own)
+    figure.update_yaxes(title_text=chart.y if is_first else "", type=kinds["y"], exponentformat="power", **own)
     if chart.is_square:
         figure.update_yaxes(scaleanchor="x", row=row, col=column)

@@ -31,7 +31,7 @@ class Unit(NamedTuple):
 
     def text(self, value: float | None, digits: int = 4) -> str:
         """A value from SI, to so many digits."""
-        return NONE if value is None else f"{value / self.factor:.{digits}g}"
+        return NONE if value is None else f"{value / self.factor:#.{digits}g}".removesuffix(".")
 
 
 UNITS = {

@@ -18,6 +18,7 @@ from trivet.reproduce.run import Reproduction
 from trivet.reproduce.verdict import RULES
 from trivet.study.machines import choose
 
+HEADS = ("", "machine", "unit", "paper", "ours", "deviation", "least", "greatest", "verdict")
 LEAD = (
     "Every table and figure of the paper from which the project started, rebuilt: its numbers, ours, how far they are apart. "
     "Curves of the paper cannot be set beside ours, since its text holds none; what the text says of them can."
@@ -27,21 +28,24 @@ LEAD = (
 def document(result: Reproduction, command: str) -> Document:
     """What a report says; `command` made it."""
     sections = (
-        Section("Overview", (Words(paper().citation), _overview(result))),
+        Section("Overview", (Words(paper().citation), overview(result))),
         Section("What the verdicts mean", tuple(Words(rule) for rule in RULES)),
-        *(_section(outcome) for outcome in result.outcomes),
+        *(item_section(outcome) for outcome in result.outcomes),
     )
     return Document("The paper, reproduced", LEAD, sections, _provenance(result, command))
 
 
-def _overview(result: Reproduction) -> Table:
+def overview(result: Reproduction) -> Table:
+    """Every table and figure in a line."""
     rows = ((outcome.item.where, outcome.item.title, outcome.summary) for outcome in result.outcomes)
     return Table("", ("", "", "comes out"), tuple(rows))
 
 
-def _section(outcome: Outcome) -> Section:
+def item_section(outcome: Outcome) -> Section:
+    """A table or a figure: numbers, statements, orders, notes, charts, commands."""
     item = outcome.item
     blocks: list[Block] = [Words(f"{item.setting} In sum: {outcome.summary}.")]
+    blocks += [Words(item.remark)] if item.remark else []
     blocks += _numbers(outcome)
     blocks += _statements(outcome)
     blocks += _orderings(outcome)
@@ -56,17 +60,26 @@ def _numbers(outcome: Outcome) -> list[Block]:
     if not outcome.rows:
         return []
     reasons = letters(row.verdict.reason for row in outcome.rows)
-    is_varied = any(row.least is not None for row in outcome.rows)
-    heads = ("", "machine", "unit", "paper", "ours", "deviation", *(("least", "greatest") if is_varied else ()), "verdict")
-    rows = tuple(_cells(row, reasons, is_varied) for row in outcome.rows)
-    return [Table("Numbers", heads, rows), *_reasons(reasons)]
+    columns = [_cells(row, reasons) for row in outcome.rows]
+    # Columns in which nothing stands are left out: what the paper has no number for, what was not varied.
+    heads = [head for head in HEADS if any(cells.get(head, NONE) != NONE for cells in columns)]
+    rows = tuple(tuple(cells[head] for head in heads) for cells in columns)
+    return [Table("Numbers", tuple(heads), rows), *_reasons(reasons)]
 
 
-def _cells(row: Row, reasons: dict[str, str], is_varied: bool) -> tuple[str, ...]:
-    ends = (row.unit.text(row.least), row.unit.text(row.greatest)) if is_varied else ()
+def _cells(row: Row, reasons: dict[str, str]) -> dict[str, str]:
     mark = f" ({reasons[row.verdict.reason]})" if row.verdict.reason else ""
-    numbers = (row.paper.text if row.paper else NONE, row.unit.text(row.ours), percent(row.deviation), *ends)
-    return (row.quantity, row.machine, row.unit.shown, *numbers, row.verdict.words + mark)
+    return {
+        "": row.quantity,
+        "machine": row.machine,
+        "unit": row.unit.shown,
+        "paper": row.paper.text if row.paper else NONE,
+        "ours": row.unit.text(row.ours),
+        "deviation": percent(row.deviation),
+        "least": row.unit.text(row.least),
+        "greatest": row.unit.text(row.greatest),
+        "verdict": NONE if row.paper is None else row.verdict.words + mark,
+    }
 
 
 def _statements(outcome: Outcome) -> list[Block]:

@@ -108,6 +108,8 @@ class Item:
     claims: tuple[Claim, ...] = ()
     reasons: tuple[Reason, ...] = ()
     """The first that applies is told."""
+    remark: str = ""
+    """What else is to be said."""
 
     @property
     def asked(self) -> tuple[Asked, ...]:
