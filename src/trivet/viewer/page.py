@@ -18,7 +18,6 @@ from trivet.space.frame import Frame
 from trivet.space.pose import zyz_angles
 from trivet.space.vector import Vec
 from trivet.study.forward import forward
-from trivet.study.frf import FrequencyResponse
 from trivet.viewer import keeping, words
 from trivet.viewer.actor import Actor
 from trivet.viewer.mapping import mapped
@@ -33,7 +32,7 @@ from trivet.viewer.ringing import FRAMES, PERIOD
 from trivet.viewer.stage import quaternion
 from trivet.viewer.standing import standing
 from trivet.viewer.state import PoseNumbers, State, home_of
-from trivet.viewer.studying import singular, stiffness_pieces, vibration
+from trivet.viewer.studying import Vibration, singular, stiffness_pieces, vibration
 from trivet.viewer.worker import Worker
 
 SETTLED = 0.2
@@ -46,15 +45,17 @@ WIDTH = 400
 """Of the panel, pixels."""
 ASIDE, BELOW = 0.2, 0.35
 """How far aside of the machine, and below it, one looks where the panel stands beside it, or below; shares of its size."""
+NOT_REACHED = "the pose is not reached"
 HANDLE = 0.28
 """Length of its arrows, as a share of the machine's size."""
 
 
 class Asked(NamedTuple):
-    """A state, and by what it was asked for."""
+    """A state, by what it was asked for, and on which of the scenes and panels that were put up one after the other."""
 
     state: State
     by: str
+    build: int
 
 
 class Errand(NamedTuple):
@@ -78,14 +79,15 @@ class Page:
         """
         self._server, self._folder, self._is_dark = server, folder, is_dark
         self._lock = threading.Lock()
-        self.state = state
+        self._following, self._studying = threading.Lock(), threading.Lock()
+        self.state, self._build_number = state, 0
         self._build(state)
         self._follower: Worker[Asked] = Worker(self._follow)
         self._student: Worker[Asked] = Worker(self._study, SETTLED)
         self._runner: Worker[Errand] = Worker(self._run)
         self._ended = threading.Event()
         threading.Thread(target=self._swing, daemon=True).start()
-        self._ask(Asked(state, "start"))
+        self._ask(state, "start")
 
     def end(self) -> None:
         """Stop all work."""
@@ -144,9 +146,10 @@ class Page:
             if shown:
                 state = replace(state, shown=replace(state.shown, **shown))
             self.state = state
-        self._ask(Asked(state, by))
+        self._ask(state, by)
 
-    def _ask(self, asked: Asked) -> None:
+    def _ask(self, state: State, by: str) -> None:
+        asked = Asked(state, by, self._build_number)
         self._follower.ask(asked)
         self._student.ask(asked)
 
@@ -156,7 +159,12 @@ class Page:
     # What is built
 
     def _build(self, state: State) -> None:
-        """Put up the scene and the panels for the machines of a state."""
+        """Put up the scene and the panels for the machines of a state; what was there before is gone."""
+        with self._following, self._studying:
+            self._build_number += 1
+            self._put_up(state)
+
+    def _put_up(self, state: State) -> None:
         server, gui = self._server, self._server.gui
         gui.reset()
         server.scene.reset()
@@ -261,11 +269,15 @@ class Page:
     # What follows at once
 
     def _follow(self, asked: Asked) -> None:
-        state = asked.state
+        with self._following:
+            if asked.build == self._build_number:
+                self._stand(asked.state, asked.by)
+
+    def _stand(self, state: State, by: str) -> None:
         with self._server.atomic():
             for number, actor in enumerate(self._actors):
                 actor.follow(state.machines[number], state.modes[number], state.pose_of(number))
-            if asked.by != "handle":
+            if by != "handle":
                 frame = state.pose.frame
                 self._handle.position = np.array(frame.origin, dtype=float)
                 self._handle.wxyz = quaternion(np.array(frame.matrix(), dtype=float))
@@ -280,57 +292,54 @@ class Page:
             lines.append(words.status(state.machines[number].name, found))
             wanted = state.pose_of(number)
             actor.dome.here(wanted.azimuth, wanted.tilt)
-        self._pose.follow(state, asked.by)
+        self._pose.follow(state, by)
         self._status.content = words.block(*lines, role='role="status"')
 
     # What is worked out when all has settled
 
     def _study(self, asked: Asked) -> None:
-        state, shown = asked.state, asked.state.shown
-        responses: list[FrequencyResponse | None] = []
-        listed: list[str] = []
+        with self._studying:
+            if asked.build == self._build_number:
+                self._tell(asked.state)
+
+    def _tell(self, state: State) -> None:
+        found = []
         for number, actor in enumerate(self._actors):
-            machine, mode, wanted = state.machines[number], state.modes[number], state.pose_of(number)
-            report = standing(machine, wanted, mode).report
-            if report is None:
-                actor.marks.soften(None, actor.stage.size)
-                actor.marks.point(None, wanted.frame, actor.stage.size)
-                actor.ringing.show(None)
-                actor.stage.hide(False)
-                self._stiffness.tell(number, ["the pose is not reached"])
-                self._vibration.tell(number, ["the pose is not reached"])
-                responses.append(None)
-                continue
-            soft = actor.marks.soften(report if shown.ellipsoid else None, actor.stage.size)
-            near, near_words = singular(machine, wanted, mode)
-            motion = near.singularity.motion if near is not None and shown.twist else None
-            actor.marks.point(motion, wanted.frame, actor.stage.size)
-            name = f"<b>{words.esc(machine.name)}</b>"
-            pieces = [
-                name, *stiffness_pieces(report, shown.direction), "<b>singularity</b>", near_words, words.esc(soft),
-            ]  # fmt: skip
-            self._stiffness.tell(number, pieces)
+            self._tell_stiffness(state, number, actor)
             if self._student.is_overtaken:
                 return
-            found = vibration(machine, wanted, mode, shown.ringing is not None)
-            responses.append(found.response)
-            listed = listed or found.modes
-            self._vibration.tell(number, [name, *found.told])
-            chosen = None if shown.ringing is None or found.seen is None else min(shown.ringing, len(found.modes) - 1)
-            actor.ringing.show(found.seen if chosen is not None else None, chosen or 0)
-            actor.stage.hide(chosen is not None)
+            found.append(self._tell_vibration(state, number, actor))
             if self._student.is_overtaken:
                 return
-        self._vibration.plot(responses, shown.entry)
-        self._vibration.offer(listed, shown.ringing)
+        self._vibration.plot([one.response for one in found], state.shown.entry)
+        self._vibration.offer(next((one.modes for one in found if one.modes), []), state.shown.ringing)
+
+    def _tell_stiffness(self, state: State, number: int, actor: Actor) -> None:
+        machine, mode, wanted, shown = state.machines[number], state.modes[number], state.pose_of(number), state.shown
+        report = standing(machine, wanted, mode).report
+        soft = actor.marks.soften(report if shown.ellipsoid else None, actor.stage.size)
+        near, near_words = singular(machine, wanted, mode)
+        is_pointed = near is not None and report is not None and shown.twist
+        actor.marks.point(near.singularity.motion if near and is_pointed else None, wanted.frame, actor.stage.size)
+        pieces = [NOT_REACHED] if report is None else stiffness_pieces(report, shown.direction)
+        near_pieces = [] if report is None else ["<b>singularity</b>", near_words, words.esc(soft)]
+        self._stiffness.tell(number, [f"<b>{words.esc(machine.name)}</b>", *pieces, *near_pieces])
+
+    def _tell_vibration(self, state: State, number: int, actor: Actor) -> Vibration:
+        machine, wanted = state.machines[number], state.pose_of(number)
+        found = vibration(machine, wanted, state.modes[number], state.shown.ringing is not None)
+        self._vibration.tell(number, [f"<b>{words.esc(machine.name)}</b>", *found.told])
+        is_seen = found.seen is not None and state.shown.ringing is not None
+        actor.ringing.show(found.seen, min(state.shown.ringing or 0, len(found.modes) - 1))
+        actor.stage.hide(is_seen)
+        return found
 
     def _swing(self) -> None:
         """Move what rings."""
         while not self._ended.wait(PERIOD / FRAMES):
-            for actor in self._actors:
-                if actor.ringing.is_shown:
-                    with self._server.atomic():
-                        actor.ringing.swing(2 * np.pi * (time.monotonic() / PERIOD % 1.0))
+            with self._studying, self._server.atomic():
+                for actor in self._actors:
+                    actor.ringing.swing(2 * np.pi * (time.monotonic() / PERIOD % 1.0))
 
     # What is done once
 
@@ -401,7 +410,8 @@ class Page:
             self._note(f"{name} is shown")
         else:
             self._handle.visible = False  # nobody follows it there
-            page = recorded(self._server, self._actors, state, self._is_dark)
+            with self._following, self._studying:
+                page = recorded(self._server, self._actors, state, self._is_dark)
             self._handle.visible = state.shown.handle
             path = keeping.keep_page(page, self._folder, name, overwrite)
             self._note(f"written: {path.name}")
@@ -411,7 +421,7 @@ class Page:
         with self._lock:
             self.state = state
         self._build(state)
-        self._ask(Asked(state, "load"))
+        self._ask(self.state, "load")
 
 
 def _with(values: tuple[Any, ...], number: int, value: Any) -> tuple[Any, ...]:
