@@ -12,6 +12,7 @@ from trivet.show.palette import BLACK, BLUE, GREEN, GRID, ORANGE, PURPLE, SKY, V
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILLION, BLACK)
 COLUMNS = 3
+"""Panels side by side, at most."""
 HEIGHT = 470
 """Of a row of panels, pixels."""
 
@@ -24,8 +25,8 @@ def plots(charts: Iterable[Chart], where: str) -> list[Plot]:
 def _plot(title: str, charts: list[Chart], where: str) -> Plot:
     from plotly.subplots import make_subplots
 
-    columns = min(COLUMNS, len(charts))
-    rows = -(-len(charts) // columns)
+    rows = -(-len(charts) // COLUMNS)
+    columns = -(-len(charts) // rows)
     figure = make_subplots(rows=rows, cols=columns, subplot_titles=[chart.panel for chart in charts], horizontal_spacing=0.07)
     colours = _colours(charts)
     shown: set[str] = set()

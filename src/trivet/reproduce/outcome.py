@@ -97,8 +97,8 @@ class Outcome:
     def rows(self) -> tuple[Row, ...]:
         """Numbers in the first setting of their quantity, in the order of the paper's table."""
         first = [own for own in self.found.ours if own.setting == self.settings[own.quantity][0] and own.quantity != POINTS]
-        places = {asked.quantity: place for place, asked in enumerate(self.item.asked)}
-        return tuple(self._row(own) for own in sorted(first, key=lambda own: places.get(own.quantity, len(places))))
+        order = list(dict.fromkeys([*(asked.quantity for asked in self.item.asked), *self.settings]))
+        return tuple(self._row(own) for own in sorted(first, key=lambda own: order.index(own.quantity)))
 
     def _row(self, own: Ours) -> Row:
         paper = self.paper(own.quantity).get(own.machine)
@@ -168,7 +168,11 @@ class Outcome:
             parts.append(f"{numbers.count('reproduced')} of {len(numbers)} numbers reproduced")
         if first:
             parts.append(f"{sum(o.is_reproduced for o in first)} of {len(first)} orderings")
-        if self.statements:
-            held = sum(s.verdict.kind != "not reproducible" for s in self.statements)
-            parts.append(f"{held} of {len(self.statements)} statements hold")
+        judged = [s for s in self.statements if s.settings]
+        if judged:
+            held = sum(s.verdict.kind != "not reproducible" for s in judged)
+            parts.append(f"{held} of {len(judged)} statements hold")
+        unknown = len(self.statements) - len(judged)
+        if unknown:
+            parts.append(f"{unknown} statement{'' if unknown == 1 else 's'} cannot be looked at")
         return ", ".join(parts)

@@ -13,6 +13,7 @@ from trivet.model.section import STRICT
 from trivet.reach.neutral import Reference
 from trivet.reproduce.found import Asked, Found, Ours, Progress
 from trivet.reproduce.kinds.tilt import ALL, Sphere, greatest
+from trivet.reproduce.numbers import Number
 
 
 @dataclass(frozen=True)
@@ -36,31 +37,31 @@ class NearestTilt:
         from trivet.study.machines import choose
 
         axes = list(dict.fromkeys((self.neutral, *ALL)))
-        cases = [Sphere(*case) for case in product(axes, self.heights, self.radii)]
-        (paper,) = (one.paper for one in asked if one.quantity == "tilt")
-        rows, notes, reached = [], [], dict.fromkeys(cases, 0)
+        spheres = [Sphere(*case) for case in product(axes, self.heights, self.radii)]
+        tilts: dict[str, dict[Sphere, float]] = {}
         for number, name in enumerate(machines):
-            machine, tilts = choose(name), {}
-            for done, case in enumerate(cases, 1):
-                value = greatest(machine, case, self.bodies, self.step)
+            machine, tilts[name] = choose(name), {}
+            for done, sphere in enumerate(spheres, 1):
+                value = greatest(machine, sphere, self.bodies, self.step)
                 if value is not None:
-                    tilts[case] = value
-                    reached[case] += 1
-                progress(number * len(cases) + done, len(machines) * len(cases))
-            wanted = paper[name]
-            for axis in axes:
-                own = {case: value for case, value in tilts.items() if case.neutral == axis}
-                best = min(own, key=lambda c: abs(own[c] - wanted.value)) if own and wanted is not None else None
-                rows.append(Ours("tilt", name, _setting(axis), None if best is None else own[best], "deg"))
-                if best is not None:
-                    notes.append(f"{name} comes nearest at {best}.")
-        everywhere = sum(count == len(machines) for count in reached.values())
-        notes.append(
-            f"Of {len(cases)} spheres and axes {everywhere} are reached at their pole by all {len(machines)} machines."
-        )
-        rows.sort(key=lambda row: axes.index(row.setting.partition(",")[0]))  # type: ignore[arg-type]
-        return Found(tuple(rows), notes=tuple(notes))
+                    tilts[name][sphere] = value
+                progress(number * len(spheres) + done, len(machines) * len(spheres))
+        (paper,) = (one.paper for one in asked if one.quantity == "tilt")
+        best = {(name, axis): _nearest(tilts[name], axis, paper[name]) for axis in axes for name in machines}
+        rows = [
+            Ours("tilt", name, f"{axis}, nearest sphere", None if sphere is None else tilts[name][sphere], "deg")
+            for (name, axis), sphere in best.items()
+        ]
+        notes = [
+            f"{name} comes nearest at {'; '.join(str(near) for (own, _), near in best.items() if own == name and near)}."
+            for name in machines
+        ]
+        everywhere = sum(all(sphere in own for own in tilts.values()) for sphere in spheres)
+        cases = f"Of {len(spheres)} spheres and axes {everywhere} are"
+        return Found(tuple(rows), notes=(*notes, f"{cases} reached at their pole by all {len(machines)} machines."))
 
 
-def _setting(axis: str) -> str:
-    return f"{axis}, nearest sphere"
+def _nearest(tilts: dict[Sphere, float], axis: Reference, wanted: Number | None) -> Sphere | None:
+    """The sphere whose tilt is nearest to a published one; None where none is reached, or nothing published."""
+    own = [sphere for sphere in tilts if sphere.neutral == axis]
+    return min(own, key=lambda sphere: abs(tilts[sphere] - wanted.value)) if own and wanted is not None else None

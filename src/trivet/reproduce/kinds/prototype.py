@@ -122,7 +122,8 @@ class Prototype:
             scale = kind.parse(f"1 {unit}") if kind.si else 1.0
             true = look_up(truth, path, self.truth.loss_factor).value
             values = f"{before / scale:.4g} before, {after / scale:.4g} ± {deviation / scale:.2g} after, {true / scale:.4g}"
-            told.append(f"{path.rpartition('elements.')[2]}, {unit}: {values} in the stand-in.")
+            label = ", ".join(part for part in (path.rpartition("elements.")[2], unit) if part)
+            told.append(f"{label}: {values} in the stand-in.")
         return tuple(told)
 
 
