@@ -248,7 +248,7 @@ def heeding() -> None:
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="looks at processes in /proc")
 def test_whoever_interrupts_leaves_nothing_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither the browser nor its children nor their folder."""
-    fake(tmp_path, f"sleep 1000 & echo $$ $! > {tmp_path}/running; wait", monkeypatch)
+    fake(tmp_path, f"echo > $TMPDIR/left; sleep 1000 & echo $$ $! > {tmp_path}/running; wait", monkeypatch)
     code = (
         "import sys; sys.argv = ['trivet']\n"
         "import trivet.cli, trivet.cli.app\n"

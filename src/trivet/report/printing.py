@@ -9,6 +9,7 @@ import subprocess
 import sys
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 from trivet.errors import NoResultError, one_line
 from trivet.files import borrowed_folder
@@ -43,7 +44,7 @@ def print_page(page: str, path: Path) -> None:
     with borrowed_folder() as folder:
         source, made = folder / "page.html", folder / "page.pdf"
         source.write_text(page, encoding="utf-8")
-        _run([browser, *_options(folder), f"--print-to-pdf={made}", source.as_uri()], folder / "said")
+        _run([browser, *_options(folder), f"--print-to-pdf={made}", source.as_uri()], folder)
         if not made.is_file() or not made.stat().st_size:
             raise NoResultError(f"{browser}: has printed nothing; write .html and print that from any browser")
         shutil.copyfile(made, path)
@@ -62,12 +63,12 @@ def _options(folder: Path) -> list[str]:
     return options
 
 
-def _run(command: list[str], said: Path) -> None:
-    """Run a browser with its children, and end them all whatever happens; what it says goes into a file."""
+def _run(command: list[str], folder: Path) -> None:
+    """Run a browser with its children, and end them all whatever happens; whatever it writes goes into the folder."""
+    said, own = folder / "said", os.environ | {"TMPDIR": str(folder)}
     with said.open("wb") as sink:
-        process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=sink, stderr=sink, start_new_session=sys.platform != "win32"
-        )
+        streams: dict[str, Any] = {"stdin": subprocess.DEVNULL, "stdout": sink, "stderr": sink}
+        process = subprocess.Popen(command, env=own, start_new_session=sys.platform != "win32", **streams)
         try:
             code = process.wait(TIMEOUT)
         except subprocess.TimeoutExpired:
