@@ -315,3 +315,26 @@ def test_a_wrong_data_file_is_refused(change: tuple[str, str], told: str) -> Non
     message = message_of(lambda: read_paper(FILE.replace(*change).encode(), "own.toml"))
     assert message.startswith("own.toml: ")
     assert told in message
+
+
+@pytest.mark.parametrize("name", [name for name in TABLES if name != "table-1"])
+def test_the_paper_beside_itself(name: str) -> None:
+    """Its own numbers in place of ours: all are reproduced, all orders, and what it says holds where its table bears it out."""
+    own = item(name)
+    rows = [
+        Ours(asked.quantity, machine, "the paper", known.value, known.unit.name)
+        for asked in own.asked
+        for machine, known in asked.paper.items()
+        if known is not None
+    ]
+    points = [Ours("points", machine, "the paper", 317.0, "") for machine in own.machines]
+    found = Outcome(own, Found((*rows, *points)))
+    assert {row.verdict.words for row in found.rows} == {"reproduced to its digits"}
+    assert all(order.agreeing == order.pairs for order in found.orderings)
+    for one in found.statements:
+        assert (one.verdict.words == "holds") is one.in_paper, one.text
+    if name == "table-4":
+        refuted = [(one.quantity, "significance" in one.text) for one in found.statements if not one.in_paper]
+        assert refuted == [("mean K_zz", True)], "Eclipse is stiffer along z, in the paper's own table"
+        significant = [one.ours for one in found.statements if "significance" in one.text]
+        assert all(float(words.rpartition(" p ")[2]) < 0.01 for words in significant), "every pair differs by its digits"

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from trivet.reproduce.found import Found, Ours
 from trivet.reproduce.numbers import Number, Unit, unit_named
-from trivet.reproduce.ordering import Moments, Ordering, holds, ordering, written
+from trivet.reproduce.ordering import Moments, Ordering, greatest_p, holds, ordering, written
 from trivet.reproduce.paper import Claim, Item
 from trivet.reproduce.verdict import Verdict, deviation, of_statement, verdict_of
 
@@ -133,7 +133,9 @@ class Outcome:
     def _ours_in_words(self, claim: Claim, quantity: str, setting: str) -> str:
         values = self.values(quantity, setting)
         if claim.at_least is None:
-            return written({name: value for name, value in values.items() if name in {n for p in claim.pairs for n in p}})
+            order = written({name: value for name, value in values.items() if name in {n for p in claim.pairs for n in p}})
+            p = greatest_p(claim.pairs, self._samples(quantity, setting)) if claim.significance is not None else None
+            return order if p is None else f"{order}; greatest p {p:.1g}"
         unit, names = claim.at_least.unit, claim.machines or tuple(values)
         return ", ".join(f"{name} {unit.text(values.get(name))} {unit.shown}" for name in names)
 
