@@ -95,7 +95,8 @@ class Tilt:
         charts = [Chart(title, "", "radius of the sphere, mm", "tilt, °", over_radius)]
         for name in machines:
             series = [line(n, name, [s for s in varied if s.neutral == n], "height") for n in ALL]
-            charts.append(Chart(f"radius {1e3 * self.radius:g} mm, neutral axis by axis", name, "z0, mm", "tilt, °", series))
+            panel = name.partition("@")[2] or name
+            charts.append(Chart(f"radius {1e3 * self.radius:g} mm, neutral axis by axis", panel, "z0, mm", "tilt, °", series))
         return charts
 
 
