@@ -1,5 +1,6 @@
 # make compare   compare the machines of the catalogue (sets up .venv first; needs Python >= 3.11 and a network, once)
 # make test      lint, types, layers and all tests
+# make docs      the pages as a site in build/site (no network needed, nor to read it)
 # make bench     timings
 # make clean     remove everything that is made
 
@@ -8,7 +9,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
-.PHONY: help compare test bench clean
+.PHONY: help compare test docs bench clean
 
 help:
 	@sed -n 's/^# \(make .*\)/\1/p' $(firstword $(MAKEFILE_LIST))
@@ -23,6 +24,10 @@ test: $(VENV)/.dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/pytest -rs -n auto --maxprocesses 4 --dist worksteal
+
+docs: $(VENV)/.dev
+	$(BIN)/sphinx-build -W --keep-going -q -d build/doctrees docs build/site
+	@echo "open build/site/index.html"
 
 bench: $(VENV)/.dev
 	$(BIN)/python -m benchmarks
