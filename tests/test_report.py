@@ -17,26 +17,29 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_measure_correlate_cli import SETUP, measured
+from documents import message_of
+from test_measure_correlate_cli import SETUP, fit, measured, setup
 from test_report_document import heeding
 
 import trivet as t
 from trivet.errors import NoResultError
 from trivet.measure.files.by_suffix import save_functions
+from trivet.measure.functions import Channel
 from trivet.report.document import Block, Document, Listing, Picture, Plot, Section, Table, Words
 from trivet.report.making import SECTIONS, report_of, subject_of
 from trivet.report.sections import comparison
-from trivet.report.subject import Hemisphere, Subject
+from trivet.report.sections.measured import Measurement
+from trivet.report.subject import CheckPoints, Subject
 
 Trivet = Callable[..., tuple[int, str, str]]
 """The fixture of that name."""
-FEW = Hemisphere(steps=2)
+FEW = CheckPoints(steps=2)
 STUDIES = (
     "home", "tilt", "workspace", "singularity", "singularities", "comparison", "dynamics", "modes", "response", "motion",
 )  # fmt: skip
 
 
-def subject(name: str = "azulay", points: Hemisphere = FEW) -> Subject:
+def subject(name: str = "azulay", points: CheckPoints = FEW) -> Subject:
     return subject_of(name, points=points)
 
 
@@ -220,6 +223,18 @@ def test_measured_responses(trivet: Trivet) -> None:
     assert err.startswith("trivet: point 1: the set-up does not say where it is")
 
 
+def test_measurements_that_do_not_go_with_a_machine() -> None:
+    at = subject()
+    elsewhere = dataclasses.replace(
+        fit(), channels=tuple(Channel(f"x{k}", (1.0, 0.0, 0.0)) for k in range(len(fit().channels)))
+    )
+    Measurement("a", "b", "c", measured(), setup(), fit()).check(at)
+    idle = Measurement("a", "b", None, measured().between(0, 0), setup(), None)
+    assert "there are none at frequencies above zero" in message_of(lambda: idle.check(at))
+    other = Measurement("a", "b", "c", measured(), setup(), elsewhere)
+    assert "the fit has none of the channels" in message_of(lambda: other.check(at))
+
+
 WRONG = [
     (("azulay", "-o", "report.txt"), "report.txt: a report ends in .html or .pdf"),
     (("azulay", "-o", "none/report.html"), "report.html: cannot be written"),
@@ -237,6 +252,8 @@ WRONG = [
     (("azulay", "--measured", "measured.nc", "-o", "report.html"), "--measured: where its points lie on the machine"),
     (("azulay", "--measured", "none.nc", "--setup", "setup.toml", "-o", "report.html"), "none.nc"),
     (("azulay", "--radius", "5", "-o", "report.html"), '--radius "5"'),
+    (("azulay", "--steps", "0", "-o", "report.html"), "steps: 0 leaves the surface without points"),
+    (("azulay", "--radius", "0 mm", "-o", "report.html"), "radius of the hemisphere: 0 mm"),
     (("azulay", "--set", "link.size=5 mm", "-o", "report.html"), "link.size"),
     (("azulay", "--spherical", "loose", "-o", "report.html"), 'spherical "loose"'),
 ]

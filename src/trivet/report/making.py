@@ -14,7 +14,8 @@ from trivet.report.glance import glance
 from trivet.report.provenance import provenance
 from trivet.report.sections import comparison, measured
 from trivet.report.sections.measured import Measurement
-from trivet.report.subject import Hemisphere, Subject
+from trivet.report.subject import CheckPoints, Subject
+from trivet.space.surface import hemisphere
 from trivet.study.machines import MachineLike, choose
 
 OWN = ("machine", "home", "reach", "singularities", "stiffness", "vibration", "dynamics", "file")
@@ -64,14 +65,14 @@ def write_report(
         NoResultError: when there is no browser to print with.
     """
     listed = [machines] if isinstance(machines, (str, os.PathLike)) or not isinstance(machines, Sequence) else list(machines)
-    points = Hemisphere(steps, radius, height)
+    points = CheckPoints(steps, radius, height)
     subjects = [subject_of(machine, mode=mode, points=points) for machine in listed]
     check_target(path, overwrite=overwrite)
     found = report_of(subjects, sections, measurement_of(measured, setup, fit), PYTHON, progress)
     write_document(found, path, overwrite=overwrite)
 
 
-def subject_of(machine: MachineLike, *, mode: str | None = None, points: Hemisphere) -> Subject:
+def subject_of(machine: MachineLike, *, mode: str | None = None, points: CheckPoints) -> Subject:
     """A machine, as commands would name it."""
     chosen = choose(machine)
     word = os.fspath(machine) if isinstance(machine, (str, os.PathLike)) else f"{chosen.name}.toml"
@@ -145,6 +146,8 @@ def _check(subjects: Sequence[Subject], measurement: Measurement | None) -> None
     if not names:
         raise InputError("machines: none is given; a report is about one or several")
     for subject in subjects:
+        points = subject.points
+        hemisphere(points.height or 0.0, 1.0 if points.radius is None else points.radius, points.steps)
         if names.count(subject.name) > 1:
             raise InputError(f"{subject.name}: given twice; give each file its own name under [about]")
         parse_mode(subject.machine, subject.mode)

@@ -27,7 +27,7 @@ PART = 0.1
 
 
 @dataclass(frozen=True)
-class Hemisphere:
+class CheckPoints:
     """The check points; the machine's own workpiece where radius and height (m) are not given."""
 
     steps: int = 10
@@ -43,7 +43,7 @@ class Hemisphere:
     @property
     def options(self) -> tuple[str, ...]:
         """Options of commands for the points."""
-        return ("--steps", str(self.steps), *self.lengths) if self.steps != Hemisphere.steps else self.lengths
+        return ("--steps", str(self.steps), *self.lengths) if self.steps != CheckPoints.steps else self.lengths
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Subject:
     switches: tuple[str, ...] = ()
     """Options of commands that throw them."""
     mode: str | None = None
-    points: Hemisphere = Hemisphere()
+    points: CheckPoints = CheckPoints()
 
     @property
     def name(self) -> str:

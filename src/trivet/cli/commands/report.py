@@ -94,7 +94,7 @@ def _subject(word: str, settings: list[str], mode: str | None, points: Hemispher
         word += ("," if "@" in word else "@") + ",".join(settings)
     chosen = choose(word)
     radius, height = points.lengths()
-    over = subject.Hemisphere(points.steps, radius, height)
+    over = subject.CheckPoints(points.steps, radius, height)
     return subject.Subject(word, chosen, model.of(chosen), model.options(), mode, over)
 
 

@@ -25,7 +25,7 @@ def section(subject: Subject) -> Section:
     from trivet.views import machine as view
 
     # The machine's own name stands above; the rest of the first lines is what there is to say about it.
-    first, *rest = view.tables(subject.machine)
+    first, *rest = view.tables(subject.described)
     words = first.split("\n")[1:]
     about = (Words("\n".join(words)),) if words else ()
     blocks = (*about, *attempt(lambda: _picture(subject)), *told(rest), assumptions(subject.machine))

@@ -13,6 +13,7 @@ from trivet.measure.modal.fitted import FittedModes, read_fitted
 from trivet.report.document import Block, Section, Words
 from trivet.report.subject import Subject
 from trivet.report.telling import attempt, picture, repeat, told
+from trivet.study.correlate import check_measured
 
 _INTRODUCTION = (
     "Measured responses over those that the machine would give at the same points. FRAC and FAAC say how alike two curves are, "
@@ -41,8 +42,11 @@ class Measurement:
         return cls(*names, read_functions(names[0]), read_setup(names[1]), fitted)
 
     def check(self, subject: Subject) -> None:
-        """Refuse, before the work, a set-up that does not fit a machine."""
+        """Refuse, before the work, functions, a set-up or a fit that do not go with a machine."""
+        check_measured(self.functions)
         placed(subject.machine, self.setup, self.functions)
+        if self.fit is not None:
+            self.fit.among(self.functions, float(subject.machine.characteristic_length))
 
     @property
     def files(self) -> tuple[str, ...]:

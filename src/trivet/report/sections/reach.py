@@ -21,10 +21,9 @@ def section(subject: Subject) -> Section:
     """Tilt and workspace."""
     leaning = subject.command("tilt", *subject.points.lengths, "--figure", "tilt.png")
     going = subject.command("workspace", "--figure", "workspace.png")
-    tilt = Section("Tilt", (Words(_TILT), *attempt(lambda: _tilt(subject)), repeat(leaning)))
-    return Section(
-        "Reach", (), (tilt, Section("Workspace", (Words(_WORKSPACE), *attempt(lambda: _workspace(subject)), repeat(going))))
-    )
+    tilt = (Words(_TILT), *attempt(lambda: _tilt(subject)), repeat(leaning))
+    workspace = (Words(_WORKSPACE), *attempt(lambda: _workspace(subject)), repeat(going))
+    return Section("Reach", (), (Section("Tilt", tilt), Section("Workspace", workspace)))
 
 
 def _tilt(subject: Subject) -> Iterator[Block]:

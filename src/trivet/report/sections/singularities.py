@@ -22,12 +22,9 @@ def section(subject: Subject) -> Section:
     """How near, and where."""
     at_home, over = subject.command("singularity"), ("--quantity", "sigma_min", "--figure", "singularities.png")
     mapped = subject.command("map", *over, *subject.points.options, model=True)
-    home = Section("At home", (Words(_HOME), *attempt(lambda: _home(subject)), repeat(at_home)))
-    return Section(
-        "Singularities",
-        (),
-        (home, Section("Over the hemisphere", (Words(_MAP), *attempt(lambda: _map(subject)), repeat(mapped)))),
-    )
+    home = (Words(_HOME), *attempt(lambda: _home(subject)), repeat(at_home))
+    field = (Words(_MAP), *attempt(lambda: _map(subject)), repeat(mapped))
+    return Section("Singularities", (), (Section("At home", home), Section("Over the hemisphere", field)))
 
 
 def _home(subject: Subject) -> Iterator[Block]:

@@ -22,12 +22,9 @@ def section(subject: Subject) -> Section:
     """Modes and responses."""
     ringing = subject.command("modes", "--figure", "modes.html", model=True)
     swinging = subject.command("frf", "--figure", "frf.html", model=True)
-    modes = Section("Natural modes", (Words(_MODES), *attempt(lambda: _modes(subject)), repeat(ringing)))
-    return Section(
-        "Vibration",
-        (),
-        (modes, Section("Frequency responses", (Words(_RESPONSES), *attempt(lambda: _responses(subject)), repeat(swinging)))),
-    )
+    modes = (Words(_MODES), *attempt(lambda: _modes(subject)), repeat(ringing))
+    responses = (Words(_RESPONSES), *attempt(lambda: _responses(subject)), repeat(swinging))
+    return Section("Vibration", (), (Section("Natural modes", modes), Section("Frequency responses", responses)))
 
 
 def _modes(subject: Subject) -> Iterator[Block]:
