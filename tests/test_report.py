@@ -225,9 +225,7 @@ def test_measured_responses(trivet: Trivet) -> None:
 
 def test_measurements_that_do_not_go_with_a_machine() -> None:
     at = subject()
-    elsewhere = dataclasses.replace(
-        fit(), channels=tuple(Channel(f"x{k}", (1.0, 0.0, 0.0)) for k in range(len(fit().channels)))
-    )
+    elsewhere = fit()._replace(channels=tuple(Channel(f"x{k}", (1.0, 0.0, 0.0)) for k in range(len(fit().channels))))
     Measurement("a", "b", "c", measured(), setup(), fit()).check(at)
     idle = Measurement("a", "b", None, measured().between(0, 0), setup(), None)
     assert "there are none at frequencies above zero" in message_of(lambda: idle.check(at))
