@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from trivet.reproduce.numbers import Number
 
@@ -75,20 +75,6 @@ class Found:
     charts: tuple[Chart, ...] = ()
     notes: tuple[str, ...] = ()
     """What else came out, in sentences."""
-
-
-class Work(Protocol):
-    """How a table or a figure is worked out: settings, and what follows from them."""
-
-    def found(self, machines: tuple[str, ...], asked: tuple[Asked, ...], progress: Progress) -> Found:
-        """What comes out.
-
-        Args:
-            machines: names or files, with settings of their own ("azulay@link.length=206 mm").
-            asked: what the paper tells.
-            progress: called as the work goes on.
-        """
-        ...
 
 
 @cache

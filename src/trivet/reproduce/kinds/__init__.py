@@ -1,4 +1,8 @@
-"""How tables and figures are worked out, a file per kind."""
+"""How tables and figures are worked out, a file per kind.
+
+A kind is a dataclass of its settings, as `paper.toml` has them, with one method, `found(machines, asked, progress)`: names of
+machines (with settings of their own, "azulay@link.length=206 mm") and what the paper tells of them in, what comes out back.
+"""
 
 from __future__ import annotations
 
