@@ -117,15 +117,14 @@ def test_references_explain_everything() -> None:
 
 def found_at(name: str) -> tuple[Any, Any]:
     """The module in which a name of the theory page lies, and what has the name."""
-    parts = name.split(".")
-    for k in range(len(parts), 0, -1):
-        path = ".".join(["trivet", *parts[:k]])
-        if importlib.util.find_spec(path):
+    module = value = importlib.import_module("trivet")
+    for part in name.split("."):
+        path = f"{module.__name__}.{part}"
+        if hasattr(value, "__path__") and importlib.util.find_spec(path):
             module = value = importlib.import_module(path)
-            for part in parts[k:]:
-                value = getattr(value, part)
-            return module, value
-    raise AssertionError(name)
+        else:
+            value = getattr(value, part)
+    return module, value
 
 
 def equations(text: str) -> set[int]:
@@ -209,15 +208,19 @@ def test_no_link_is_dead(site: dict[Path, Seen]) -> None:
                 assert unquote(parts.fragment) in site[target.resolve()].anchors, f"{page.name}: {link}"
 
 
+def lies_there(asked: str, page: Path) -> bool:
+    parts = urlsplit(asked)
+    return parts.scheme == "data" or (not (parts.scheme or parts.netloc) and (page.parent / parts.path).exists())
+
+
 def test_nothing_is_asked_from_elsewhere(site: dict[Path, Seen]) -> None:
     for page, seen in site.items():
         for asked in seen.loads:
-            assert asked.startswith("data:") or (page.parent / urlsplit(asked).path).exists(), f"{page.name}: {asked}"
+            assert lies_there(asked, page), f"{page.name}: {asked}"
     (index,) = (page for page in site if page.name == "index.html")
     for style in index.parent.rglob("*.css"):
-        asks = re.findall(r"""(?:url\(\s*|@import\s+)['"]?([^'")\s]+)""", style.read_text(encoding="utf-8"))
-        for asked in asks:
-            assert asked.startswith("data:") or (style.parent / urlsplit(asked).path).exists(), f"{style.name}: {asked}"
+        for asked in re.findall(r"""(?:url\(\s*|@import\s+)['"]?([^'")\s]+)""", style.read_text(encoding="utf-8")):
+            assert lies_there(asked, style), f"{style.name}: {asked}"
 
 
 def test_types_lead_to_what_they_hold(site: dict[Path, Seen]) -> None:
