@@ -88,16 +88,14 @@ def _hash(script: str) -> str:
     return _base64(hashlib.sha256(script.encode("utf-8")).digest())
 
 
-def _json(figure: Any) -> Any:
+def _json(figure: Any) -> str:
     """A plotly figure as wide as the page, within a script, where no text may look like its end."""
-    from markupsafe import Markup
-
     value = json.loads(figure.to_json())
     layout = value["layout"]
     for name in ("title", "width"):
         layout.pop(name, None)
     layout |= {"autosize": True, "paper_bgcolor": "white", "font": {"color": "black"} | layout.get("font", {})}
-    return Markup(json.dumps(value, separators=(",", ":")).replace("<", "\\u003c"))
+    return json.dumps(value, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def _numeric(table: Table) -> list[bool]:
