@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 from documents import message_of
 from test_measure_correlate_cli import SETUP, fit, measured, setup
-from test_report_document import heeding
+from test_report_document import HOSTILE, Read, heeding
 
 import trivet as t
 from trivet.errors import NoResultError
@@ -27,6 +27,7 @@ from trivet.measure.files.by_suffix import save_functions
 from trivet.measure.functions import Channel
 from trivet.report.document import Block, Document, Listing, Picture, Plot, Section, Table, Words
 from trivet.report.making import SECTIONS, report_of, subject_of
+from trivet.report.page import page_of
 from trivet.report.sections import comparison
 from trivet.report.sections.measured import Measurement
 from trivet.report.subject import CheckPoints, Subject
@@ -165,6 +166,21 @@ def test_every_machine_of_the_catalogue(name: str) -> None:
     assert not [words for words in blocks(found, Words) if "nothing to show" in words.text]
     assert len(blocks(found, Plot)) == 1
     assert rows(found.sections[0])[0][1] == t.load(name).about.title
+
+
+@pytest.mark.usefixtures("no_stills")
+def test_hostile_machine_files_are_words() -> None:
+    own = t.load("azulay")
+    pages = []
+    for word in ("word", HOSTILE):
+        notes = tuple(dataclasses.replace(note, source=word) for note in own.about.notes)
+        about = dataclasses.replace(own.about, title=word, description=word, source=word, notes=notes)
+        machine = dataclasses.replace(own, about=about)
+        pages.append(Read(page_of(report_of([subject_of(machine, points=FEW)], ["machine", "file"]))))
+    plain, hostile = pages
+    assert [tag for tag, _ in hostile.elements] == [tag for tag, _ in plain.elements]
+    assert sum(HOSTILE in text for _, text in hostile.all("td")) == 1 + len(own.about.notes)
+    assert HOSTILE in "".join(text for _, text in hostile.all("header"))
 
 
 @pytest.mark.usefixtures("no_stills")
