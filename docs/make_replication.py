@@ -15,9 +15,15 @@ from trivet.reproduce.outcome import Outcome
 from trivet.reproduce.page import item_section, overview
 from trivet.reproduce.paper import chosen
 from trivet.reproduce.run import Reproduction, reproduce
+from trivet.reproduce.verdict import RULES
 
 PAGE = Path(__file__).parent / "replication.md"
 BEGIN, END = (f"<!-- {word}: what docs/make_replication.py writes -->" for word in ("from here", "up to here"))
+
+
+def rules_text() -> str:
+    """How verdicts are found."""
+    return "\n".join(f"- {rule}" for rule in RULES)
 
 
 def overview_text(result: Reproduction) -> str:
@@ -46,7 +52,8 @@ def page(result: Reproduction) -> str:
     """The page with what is between the marks written anew."""
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
     _, _, after = rest.partition(END)
-    made = "\n\n".join([overview_text(result), *map(item_text, result.outcomes)])
+    parts = ["## What the verdicts mean", rules_text(), "## What comes out", overview_text(result)]
+    made = "\n\n".join([*parts, *map(item_text, result.outcomes)])
     return f"{before}{BEGIN}\n\n{made}\n\n{END}{after}"
 
 

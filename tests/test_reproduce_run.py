@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import importlib.metadata
+import importlib.util
 import json
 import re
 import signal
@@ -12,7 +13,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
@@ -368,3 +369,30 @@ def test_the_prototype_is_beside_its_measurement(monkeypatch: pytest.MonkeyPatch
         assert before is not None
         assert before < 0.95
     assert [chart.panel for chart in found.charts] == ["along x", "along z"]
+
+
+DOCS = Path(__file__).parents[1] / "docs"
+
+
+def make_replication() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("make_replication", DOCS / "make_replication.py")
+    assert spec
+    assert spec.loader
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_page_is_up_to_date(tmp_path: Path) -> None:
+    """Number by number what is worked out in seconds; of the rest what is said of it."""
+    module = make_replication()
+    text = module.PAGE.read_text(encoding="utf-8")
+    hint = "run: python docs/make_replication.py"
+    result, _ = again(tmp_path, ["table-1", "table-2", "table-3", "fig-4"])
+    for outcome in result.outcomes:
+        assert module.item_text(outcome) in text, hint
+        assert f"| {outcome.item.where} | {outcome.item.title} | {outcome.summary} |" in text, hint
+    assert module.rules_text() in text, hint
+    for own in chosen([]):
+        assert f"### {own.where}: {own.title}\n\n{own.setting}" in text, hint
+        assert own.remark in text, hint

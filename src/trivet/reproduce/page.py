@@ -120,7 +120,7 @@ def _reasons(reasons: dict[str, str]) -> list[Block]:
 
 def percent(part: float | None) -> str:
     """A deviation, "+1.4 %"."""
-    return NONE if part is None else f"{100 * part:+.1f} %".replace("-", "−")
+    return NONE if part is None else f"{round(100 * part, 1) + 0.0:+.1f} %".replace("-", "−")
 
 
 def _provenance(result: Reproduction, command: str) -> tuple[tuple[str, str], ...]:
