@@ -193,6 +193,7 @@ def found_in(folder: Path, item: Item) -> Found:
 
 def test_all_files_say_the_same(tmp_path: Path) -> None:
     result = made_up()
+    (tmp_path / "report.pdf").touch()  # of another run
     written = write_all(result, tmp_path, "trivet reproduce")
     assert sorted(path.name for path in written) == sorted(path.name for path in tmp_path.iterdir())
     rows = [row for outcome in result.outcomes for row in outcome.rows]

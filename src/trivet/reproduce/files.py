@@ -12,7 +12,7 @@ from trivet.reproduce.tables import write_tables
 
 
 def write_all(result: Reproduction, folder: Path, command: str, *, pdf: bool = False) -> list[Path]:
-    """Write report, tables and NetCDF; those of an earlier run in the same folder are replaced.
+    """Write report, tables and NetCDF; those of an earlier run in the same folder are replaced, and its PDF goes.
 
     Args:
         result: what to write.
@@ -20,8 +20,10 @@ def write_all(result: Reproduction, folder: Path, command: str, *, pdf: bool = F
         command: what made it.
         pdf: whether the report is printed as well.
     """
-    page = document(result, command)
-    reports = [folder / "report.html", *([folder / "report.pdf"] if pdf else [])]
+    page, printed = document(result, command), folder / "report.pdf"
+    reports = [folder / "report.html", *([printed] if pdf else [])]
+    if not pdf:
+        printed.unlink(missing_ok=True)  # it would tell of another run
     for path in reports:
         write_document(page, path, overwrite=True)
     return [*reports, *write_tables(result, folder), *write_datasets(result, folder)]
