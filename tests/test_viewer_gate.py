@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import gc
 import math
 import resource
+import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -17,6 +19,7 @@ import websockets.asyncio.client
 
 from trivet.errors import InputError
 from trivet.viewer import gate
+from trivet.viewer.panels.inputs import on_number
 
 PROTOCOL = websockets.Subprotocol(f"viser-v{viser.__version__}")
 
@@ -90,9 +93,11 @@ def test_a_port_is_one(port: int) -> None:
 
 @pytest.fixture
 def server() -> Iterator[viser.ViserServer]:
-    opened = gate.open_server(gate.free_port(None, 8300))
+    failures: list[BaseException] = []
+    opened = gate.open_server(gate.free_port(None, 8300), False, failures.append)
     yield opened
     gate.close_server(opened)
+    assert failures == []
 
 
 def test_it_listens_on_loopback_only(server: viser.ViserServer) -> None:
@@ -205,4 +210,41 @@ def test_a_viser_that_goes_round_the_door_is_not_started(monkeypatch: pytest.Mon
 
     monkeypatch.setattr(gate, "_guarded", unguarded)
     with pytest.raises(RuntimeError, match="cannot be guarded"):
-        gate.open_server(gate.free_port(None, 8300))
+        gate.open_server(gate.free_port(None, 8300), False, print)
+
+
+def test_a_port_that_is_taken_meanwhile(server: viser.ViserServer) -> None:
+    taken = server.get_port()
+    with pytest.raises(InputError, match=rf"--port {taken}: somebody listens there already"):
+        gate.open_server(taken, True, print)
+    other = gate.open_server(taken, False, print)
+    assert other.get_port() != taken
+    gate.close_server(other)
+
+
+def test_a_fault_of_our_own_is_told() -> None:
+    failures: list[BaseException] = []
+    server = gate.open_server(gate.free_port(None, 8300), False, failures.append)
+    slider = server.gui.add_slider("tilt", 0.0, 10.0, 0.1, 0.0)
+
+    def fail(value: float) -> None:
+        raise ValueError(value)
+
+    on_number(slider, fail)
+
+    async def attempt() -> None:
+        async with connected(server) as connection:
+            await connection.send(LOOKING)
+            await asyncio.sleep(0.3)
+            await connection.send(update("abc", slider._impl.uuid))
+            await connection.send(update(3.0, slider._impl.uuid))
+            await asyncio.sleep(0.3)
+
+    asyncio.run(attempt())
+    for _ in range(50):
+        gc.collect()
+        if failures:
+            break
+        time.sleep(0.05)
+    gate.close_server(server)
+    assert [str(failure) for failure in failures] == ["3.0"]

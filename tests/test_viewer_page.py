@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -80,7 +79,7 @@ class Driven:
 @pytest.fixture(scope="module")
 def one(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Page, Path]]:
     folder = tmp_path_factory.mktemp("kept")
-    with serving(state_of([load("azulay")], [None]), 8400 + os.getpid() % 400, folder) as (address, page):
+    with serving(state_of([load("azulay")], [None]), None, folder) as (address, page):
         yield address, page, folder
 
 
@@ -331,7 +330,7 @@ def test_every_panel_on_a_desk_and_a_phone_by_day_and_night(
 def test_two_machines_with_linked_poses(tmp_path: Path) -> None:
     machines = [load("azulay"), load("eclipse")]
     with (
-        serving(state_of(machines, [None, None]), 8800 + os.getpid() % 400, tmp_path) as (address, page),
+        serving(state_of(machines, [None, None]), None, tmp_path) as (address, page),
         opened(address) as seen,
     ):
         seen.page.get_by_role("tab", name="Pose").wait_for()

@@ -26,8 +26,6 @@ class Actor:
         self.stage, self.marks = Stage(server, root), Marks(server, root)
         self.ringing, self.dome = Ringing(server, root), Dome(server, root, go)
         self._drawn: tuple[Machine, str] | None = None
-        self.top = 0.0
-        """Height of the highest point where it was drawn, m."""
 
     def follow(self, machine: Machine, mode: str, wanted: PoseNumbers) -> bool:
         """Stand at a pose, if the chains reach it; gives whether they do."""
@@ -48,7 +46,7 @@ class Actor:
                 self.stage.draw(machine, numbers.frame, mode)
             except NoResultError:
                 continue
-            self._drawn, self.top = (machine, mode), self.stage.top
+            self._drawn = machine, mode
             return
         self._drawn = None
 

@@ -14,8 +14,10 @@ import math
 import re
 import socket
 import time
-from collections.abc import Iterator
+import traceback
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -119,23 +121,47 @@ def free_port(wanted: int | None, default: int) -> int:
             with contextlib.suppress(OSError):
                 one.bind((LOOPBACK, port))
                 return port
-    taken = f"--port {wanted}" if wanted is not None else f"ports {default} to {default + 99}"
-    raise InputError(f"{taken}: somebody listens there already, or it is reserved; name another with --port")
+    raise InputError(_taken(f"--port {wanted}" if wanted is not None else f"ports {default} to {default + 99}"))
 
 
-def open_server(port: int) -> viser.ViserServer:
+def open_server(port: int, is_wanted: bool, failed: Callable[[BaseException], None]) -> viser.ViserServer:
     """A server on loopback behind this door.
 
+    Args:
+        port: where it listens; or, if somebody else does so meanwhile, on one of the next ones.
+        is_wanted: whether it has to be that port.
+        failed: called with what our own handlers of inputs raise.
+
     Raises:
+        InputError: when somebody else listens on the port that is wanted.
         RuntimeError: when viser is of a version that does not go through the door.
     """
     with _guarded() as doors, contextlib.redirect_stdout(io.StringIO()):  # viser greets
         server = viser.ViserServer(host=LOOPBACK, port=port, verbose=False)
-    if doors != [LOOPBACK]:
-        server.stop()
+    if set(doors) != {LOOPBACK}:
+        close_server(server)
         raise RuntimeError(f"viser {viser.__version__} cannot be guarded; install viser >= 1.1, < 2")
-    server.get_event_loop().set_exception_handler(lambda loop, context: None)  # of what a hostile message says to viser
+    if is_wanted and server.get_port() != port:
+        close_server(server)
+        raise InputError(_taken(f"--port {port}"))
+
+    def unhandled(_: Any, context: dict[str, Any]) -> None:
+        error = context.get("exception")
+        if error is not None and _is_ours(error):  # what viser makes of hostile messages is no news
+            failed(error)
+
+    server.get_event_loop().set_exception_handler(unhandled)
     return server
+
+
+def _is_ours(error: BaseException) -> bool:
+    """Whether an error came through code of the page."""
+    frames = traceback.extract_tb(error.__traceback__)
+    return any(Path(frame.filename).parent.is_relative_to(Path(__file__).parent) for frame in frames)
+
+
+def _taken(what: str) -> str:
+    return f"{what}: somebody listens there already, or it is reserved; name another with --port"
 
 
 def close_server(server: viser.ViserServer) -> None:
@@ -158,7 +184,8 @@ def _guarded() -> Iterator[list[str]]:
                 await connection.close(1013, f"more than {MOST_CONNECTIONS} pages")
                 return
             async with seats:
-                await handler(connection)
+                with contextlib.suppress(Exception):  # what viser does not understand ends the connection, without a word
+                    await handler(connection)
 
         own = {"origins": [ORIGINS, None], "create_connection": _Listening, "max_size": MOST_BYTES, "open_timeout": 5}
         return serve(seated, host, port, **options | own)

@@ -68,6 +68,11 @@ def restore(folder: Path, name: str) -> State:
     return state_of(machines, modes, PoseNumbers(*found.position, found.azimuth, found.tilt, found.roll))
 
 
+def check_page(folder: Path, name: str, overwrite: bool) -> None:
+    """Raise InputError, before the work, where `keep_page` would."""
+    check_writable(kept(folder, name, ".html"), overwrite=overwrite)
+
+
 def keep_page(page: str, folder: Path, name: str, overwrite: bool) -> Path:
     """Write a scene as a page; gives the file.
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import threading
 import time
+import traceback
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,6 +22,7 @@ from trivet.space.vector import Vec
 from trivet.study.forward import forward
 from trivet.viewer import keeping, words
 from trivet.viewer.actor import Actor
+from trivet.viewer.look import Look
 from trivet.viewer.mapping import mapped
 from trivet.viewer.panels.files import FilesPanel
 from trivet.viewer.panels.machine import MachinePanel
@@ -35,6 +38,8 @@ from trivet.viewer.state import PoseNumbers, State, home_of
 from trivet.viewer.studying import Vibration, singular, stiffness_pieces, vibration
 from trivet.viewer.worker import Worker
 
+WAITING = 8
+"""Things that may be asked for before the first is done."""
 SETTLED = 0.2
 """How long (s) nothing may have moved before what takes longer is worked out."""
 APART = 1.25
@@ -43,8 +48,6 @@ FAR = 10.0
 """How far a handle may be dragged, m."""
 WIDTH = 400
 """Of the panel, pixels."""
-ASIDE, BELOW = 0.2, 0.35
-"""How far aside of the machine, and below it, one looks where the panel stands beside it, or below; shares of its size."""
 NOT_REACHED = "the pose is not reached"
 HANDLE = 0.28
 """Length of its arrows, as a share of the machine's size."""
@@ -56,13 +59,6 @@ class Asked(NamedTuple):
     state: State
     by: str
     build: int
-
-
-class Errand(NamedTuple):
-    """Something that takes a while, asked for by a button."""
-
-    what: str
-    given: tuple[Any, ...] = ()
 
 
 class Page:
@@ -81,10 +77,13 @@ class Page:
         self._lock = threading.Lock()
         self._following, self._studying = threading.Lock(), threading.Lock()
         self.state, self._build_number = state, 0
+        self.failure: BaseException | None = None
+        """The first thing that went wrong in a way that nobody foresaw."""
         self._build(state)
-        self._follower: Worker[Asked] = Worker(self._follow)
-        self._student: Worker[Asked] = Worker(self._study, SETTLED)
-        self._runner: Worker[Errand] = Worker(self._run)
+        server.on_client_connect(lambda client: self._look.greet(client))
+        self._follower: Worker[Asked] = Worker(self._follow, self.fail)
+        self._student: Worker[Asked] = Worker(self._study, self.fail, SETTLED)
+        self._runner: Worker[Callable[[], None]] = Worker(self._run, self.fail, waiting=WAITING)
         self._ended = threading.Event()
         threading.Thread(target=self._swing, daemon=True).start()
         self._ask(state, "start")
@@ -99,11 +98,6 @@ class Page:
     def home(self) -> PoseNumbers:
         """The home pose of the first machine."""
         return home_of(self.state.machines[0])
-
-    @property
-    def failure(self) -> Exception | None:
-        """What went wrong in a way that nobody foresaw; None for nothing."""
-        return next((w.failure for w in (self._follower, self._student, self._runner) if w.failure is not None), None)
 
     @property
     def is_idle(self) -> bool:
@@ -153,8 +147,18 @@ class Page:
         self._follower.ask(asked)
         self._student.ask(asked)
 
-    def _send(self, what: str, *given: Any) -> None:
-        self._runner.ask(Errand(what, given))
+    def _send(self, errand: Callable[..., None], *given: Any) -> None:
+        """Have something done that takes a while, after what is being done."""
+        if not self._runner.ask(partial(errand, *given)):
+            self._note(f"{WAITING} things wait to be done; ask again later", is_good=False)
+
+    def fail(self, error: BaseException) -> None:
+        """Tell of an input that led to an error."""
+        if isinstance(error, TrivetError):
+            self._note(str(error), is_good=False)
+            return
+        self.failure = self.failure or error
+        traceback.print_exception(error)
 
     # What is built
 
@@ -176,59 +180,29 @@ class Page:
         for number, actor in enumerate(self._actors):
             aside = (number - (len(self._actors) - 1) / 2) * APART * self._size
             actor.stage.set_aside(np.array((aside, 0.0, 0.0)))
-        self._set_look()
+        self._look = Look(server, self._size, len(self._actors))
+        self._theme()
         self._set_handle()
         gui.set_panel_label("trivet")
         gui.main_panel.set_width(WIDTH)
         self._status = gui.add_html("")
         tabs = gui.add_tab_group()
         with tabs.add_tab("Pose"):
-            self._pose = PosePanel(server, state, self._size, self.change, lambda: self._send("assemble"))
+            self._pose = PosePanel(server, state, self._size, self.change, partial(self._send, self._assemble))
         with tabs.add_tab("Stiffness"):
             self._stiffness = StiffnessPanel(server, state, self.change)
         with tabs.add_tab("Vibration"):
             self._vibration = VibrationPanel(server, state, self.change)
         with tabs.add_tab("Map"):
-            self._map = MapPanel(server, state, lambda *given: self._send("map", *given), self._go)
+            self._map = MapPanel(server, state, partial(self._send, self._seek_map), self._go)
         with tabs.add_tab("Machine"):
             self._dimensions = [
                 MachinePanel(server, number, machine, self.change) for number, machine in enumerate(state.machines)
             ]
         with tabs.add_tab("Files"):
-            self._files = FilesPanel(server, self._is_dark, lambda *given: self._send("keep", *given), self._set_theme)
+            save, load, export = (partial(self._send, errand) for errand in (self._save, self._load, self._export))
+            self._files = FilesPanel(server, self._is_dark, save, load, export, self._set_theme)
         self._add_keys()
-        server.on_client_connect(self._look_at_all)
-
-    def _look_at_all(self, client: viser.ClientHandle) -> None:
-        """Have somebody whose window is narrow stand further away; he looks over the panel, not past it."""
-        aspect = client.camera.aspect
-        if 0 < aspect < 1:
-            eye, centre = self._view(aspect**-0.7, 0.0)
-            below = np.array((0.0, 0.0, BELOW * self._size))
-            client.camera.position, client.camera.look_at = eye - below, centre - below
-
-    def _view(self, distance: float, aside: float) -> tuple[np.ndarray, np.ndarray]:
-        """Where one stands and what one looks at: further away, and aside, for a panel that covers some of it."""
-        size, wide = self._size, 1.0 if len(self._actors) == 1 else 1.6
-        centre = np.array((0.0, 0.0, 0.2 * size)) + aside * wide * size * np.array((0.93, 0.37, 0.0))
-        return centre + distance * wide * size * np.array((0.45, -1.15, 0.55)), centre
-
-    def _set_look(self) -> None:
-        scene, size = self._server.scene, self._size
-        scene.set_up_direction("+z")
-        scene.world_axes.visible = False
-        scene.configure_environment_map(None)
-        # The lights of viser throw shadows, which cost more than all the rest where there is no graphics card.
-        scene.configure_default_lights(enabled=False)
-        scene.add_light_hemisphere("/sky", intensity=2.0)
-        scene.add_light_directional("/lamp", intensity=1.5, cast_shadow=False, position=(1.0, -2.0, 4.0))
-        cell = 10 ** np.floor(np.log10(size))
-        scene.add_grid("/floor", width=2 * size, height=2 * size, cell_size=cell, section_size=10 * cell, plane="xy")
-        camera = self._server.initial_camera
-        eye, centre = self._view(1.0, ASIDE)
-        camera.position, camera.look_at, camera.up = eye, centre, (0.0, 0.0, 1.0)
-        camera.near, camera.far = 0.01 * size, 100 * size
-        self._theme()
 
     def _theme(self) -> None:
         self._server.gui.configure_theme(dark_mode=self._is_dark, show_logo=False, show_share_button=False)
@@ -343,14 +317,13 @@ class Page:
 
     # What is done once
 
-    def _run(self, errand: Errand) -> None:
-        doing: dict[str, Callable[..., None]] = {"assemble": self._assemble, "map": self._seek_map, "keep": self._keep}
+    def _run(self, errand: Callable[[], None]) -> None:
         try:
-            doing[errand.what](*errand.given)
+            errand()
         except TrivetError as error:
             self._note(str(error), is_good=False)
         except Exception as error:
-            self._note(f"{errand.what} failed: {type(error).__name__}; the terminal says more", is_good=False)
+            self._note(f"that failed: {type(error).__name__}; the terminal says more", is_good=False)
             raise
 
     def _note(self, text: str, is_good: bool = True) -> None:
@@ -383,7 +356,7 @@ class Page:
         for other in self._actors:
             if other is not actor:
                 other.dome.show(None, 1.0, 0.0)
-        legend = actor.dome.show(found, actor.stage.size, actor.top)
+        legend = actor.dome.show(found, actor.stage.size, actor.stage.top)
         wanted = state.pose_of(number)
         actor.dome.here(wanted.azimuth, wanted.tilt)
         self._map.tell(legend, len(found.surface))
@@ -400,21 +373,22 @@ class Page:
                 self._map.stand(point)
                 self.change(pose=own, by="map")
 
-    def _keep(self, what: str, name: str, overwrite: bool) -> None:
-        state = self.state
-        if what == "save":
-            files = keeping.save(state, self._folder, name, overwrite)
-            self._note("written: " + ", ".join(path.name for path in files))
-        elif what == "load":
-            self._show(keeping.restore(self._folder, name))
-            self._note(f"{name} is shown")
-        else:
+    def _save(self, name: str, overwrite: bool) -> None:
+        files = keeping.save(self.state, self._folder, name, overwrite)
+        self._note("written: " + ", ".join(path.name for path in files))
+
+    def _load(self, name: str, overwrite: bool) -> None:
+        self._show(keeping.restore(self._folder, name))
+        self._note(f"{name} is shown")
+
+    def _export(self, name: str, overwrite: bool) -> None:
+        keeping.check_page(self._folder, name, overwrite)
+        with self._following, self._studying:
+            state = self.state
             self._handle.visible = False  # nobody follows it there
-            with self._following, self._studying:
-                page = recorded(self._server, self._actors, state, self._is_dark)
+            page = recorded(self._server, self._actors, state, self._is_dark)
             self._handle.visible = state.shown.handle
-            path = keeping.keep_page(page, self._folder, name, overwrite)
-            self._note(f"written: {path.name}")
+        self._note(f"written: {keeping.keep_page(page, self._folder, name, overwrite).name}")
 
     def _show(self, state: State) -> None:
         """Show other machines."""

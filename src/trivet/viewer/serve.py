@@ -33,9 +33,11 @@ def serving(
     Raises:
         InputError: when somebody else listens on that port.
     """
-    chosen = free_port(port, PORT)
-    server = open_server(chosen)
-    page = None
+    page: Page | None = None
+    early: list[BaseException] = []
+    server = open_server(
+        free_port(port, PORT), port is not None, lambda error: early.append(error) if page is None else page.fail(error)
+    )
     try:
         page = Page(server, state, folder or Path.cwd(), is_dark)
         yield f"http://{LOOPBACK}:{server.get_port()}", page

@@ -19,22 +19,24 @@ class FilesPanel:
         self,
         server: viser.ViserServer,
         is_dark: bool,
-        keep: Callable[[str, str, bool], None],
+        save: Callable[[str, bool], None],
+        load: Callable[[str, bool], None],
+        export: Callable[[str, bool], None],
         theme: Callable[[bool], None],
     ) -> None:
-        """`keep` is called with what to do ("save", "load", "export"), a name, and whether files may be replaced."""
+        """`save`, `load` and `export` are called with a name, and whether files may be replaced."""
         gui = server.gui
         dark = gui.add_checkbox("Dark", is_dark, hint="Dark or light (key D)")
         on_switch(dark, theme)
         self._dark: Any = dark
         self._name = gui.add_text("Name", "machine", hint="Of the files, without a suffix")
         self._replace = gui.add_checkbox("Replace files that exist", False)
-        for label, what in (("Save machine and pose", "save"), ("Load them", "load"), ("Export the scene (HTML)", "export")):
-            on_press(gui.add_button(label), partial(self._asked, keep, what))
+        for label, then in (("Save machine and pose", save), ("Load them", load), ("Export the scene (HTML)", export)):
+            on_press(gui.add_button(label), partial(self._asked, then))
         self._told = gui.add_html("")
 
-    def _asked(self, keep: Callable[[str, str, bool], None], what: str) -> None:
-        keep(what, self._name.value, bool(self._replace.value))
+    def _asked(self, then: Callable[[str, bool], None]) -> None:
+        then(self._name.value, bool(self._replace.value))
 
     def tell(self, text: str) -> None:
         """What became of it."""
