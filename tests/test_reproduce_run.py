@@ -149,6 +149,10 @@ def test_a_changed_machine_setting_or_version_is_named(tmp_path: Path, monkeypat
     (own,) = chosen(["table-1"])
     assert isinstance(own.work, Dimensions)
     assert store.kept(tmp_path, with_values(own, 3)).reason == "is of another setting"
+    with monkeypatch.context() as patch:
+        patch.setattr(store, "_code", lambda: "other")
+        assert store.kept(tmp_path, own).reason == f"is of another {store.CODE}"
+    assert len(store._code()) == 64
     monkeypatch.setattr(importlib.metadata, "version", lambda name: "0.0.1")
     assert store.kept(tmp_path, own).reason == f"is of another {store.VERSION}"
 

@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,7 +17,9 @@ from trivet.reproduce.paper import Item
 
 FOLDER = "items"
 """Within the folder of the results: a file per item."""
-VERSION, SETTING = "version of trivet", "setting"
+VERSION, CODE, SETTING = "version of trivet", "code", "setting"
+NO_NUMBERS = ("cli", "report", "show", "viewer", "views")
+"""Folders of the package whose code changes no number."""
 
 
 class Kept(NamedTuple):
@@ -28,7 +31,7 @@ class Kept(NamedTuple):
 
 
 def inputs(item: Item) -> dict[str, str]:
-    """What an item depends on, by name: the version, what it is worked out with, and the machine files."""
+    """What an item depends on, by name: the version and its code, what it is worked out with, and the machine files."""
     from importlib.metadata import version
 
     from pydantic import RootModel
@@ -38,7 +41,15 @@ def inputs(item: Item) -> dict[str, str]:
 
     setting = RootModel[Any]((item.work, item.machines, item.values)).model_dump_json()
     machines = {f"machine {name}": _hash(to_text(choose(name))) for name in item.machines}
-    return {VERSION: version("trivet"), SETTING: _hash(setting)} | machines
+    return {VERSION: version("trivet"), CODE: _code(), SETTING: _hash(setting)} | machines
+
+
+@cache
+def _code() -> str:
+    """What the code is that numbers come from: while it is worked on, its version stays."""
+    package = Path(__file__).parents[1]
+    found = (path for path in sorted(package.rglob("*.py")) if path.relative_to(package).parts[0] not in NO_NUMBERS)
+    return _hash("".join(f"{path.relative_to(package).as_posix()}\0{path.read_text(encoding='utf-8')}\0" for path in found))
 
 
 def path_of(folder: Path, item: Item) -> Path:
