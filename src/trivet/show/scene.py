@@ -18,6 +18,7 @@ from trivet.model.elements import (
     Curvilinear,
     Drivable,
     Element,
+    Joint,
     Offset,
     Prismatic,
     Profile,
@@ -220,6 +221,8 @@ def _joints(leg: Leg, steps: list[Step], start: int, unit: float) -> Iterator[Sh
                 yield shapes.pin(name, role, centre, axis, 2.2 * unit, 0.7 * unit).on(carrier + arm)
         elif isinstance(element, Spherical):
             yield shapes.ball(name, role, centre, 0.65 * unit).on(carrier)
+        elif isinstance(element, Joint):
+            raise TypeError(f"joints of type {element.type} have no marker")
 
 
 def _cross(joint: Universal, frame: Frame, coordinate: Coordinate) -> list[Array]:

@@ -7,6 +7,7 @@ from typing import Any
 
 from trivet.kinematics.jacobian import is_driven
 from trivet.model import Machine, dimensions, document_of
+from trivet.model.elements import Joint
 from trivet.views.layout import table
 from trivet.views.si import finite
 
@@ -23,7 +24,7 @@ def catalogue_table(machines: list[Machine]) -> list[Any]:
 def topology(chain: Any) -> str:
     """The joints of a chain by their letters, the actuated ones in brackets: "[P][P]RS"."""
     letters = {"curvilinear": "P", "prismatic": "P", "revolute": "R", "spherical": "S", "universal": "U"}
-    joints = [(letters[e.type], is_driven(e)) for e in chain.elements if e.type in letters]
+    joints = [(letters[e.type], is_driven(e)) for e in chain.elements if isinstance(e, Joint)]
     return "".join(f"[{letter}]" if driven else letter for letter, driven in joints)
 
 
