@@ -222,7 +222,7 @@ def _joints(leg: Leg, steps: list[Step], start: int, unit: float) -> Iterator[Sh
         elif isinstance(element, Spherical):
             yield shapes.ball(name, role, centre, 0.65 * unit).on(carrier)
         elif isinstance(element, Joint):
-            raise TypeError(f"joints of type {element.type} have no marker")
+            raise TypeError(f"{type(element).__name__}: joints of this kind have no marker")
 
 
 def _cross(joint: Universal, frame: Frame, coordinate: Coordinate) -> list[Array]:

@@ -7,7 +7,7 @@ from typing import Any
 
 from trivet.kinematics.jacobian import is_driven
 from trivet.model import Machine, dimensions, document_of
-from trivet.model.elements import Joint
+from trivet.model.elements import Curvilinear, Joint, Prismatic, Revolute, Spherical, Universal
 from trivet.views.layout import table
 from trivet.views.si import finite
 
@@ -23,8 +23,8 @@ def catalogue_table(machines: list[Machine]) -> list[Any]:
 
 def topology(chain: Any) -> str:
     """The joints of a chain by their letters, the actuated ones in brackets: "[P][P]RS"."""
-    letters = {"curvilinear": "P", "prismatic": "P", "revolute": "R", "spherical": "S", "universal": "U"}
-    joints = [(letters[e.type], is_driven(e)) for e in chain.elements if isinstance(e, Joint)]
+    letters = {Curvilinear: "P", Prismatic: "P", Revolute: "R", Spherical: "S", Universal: "U"}
+    joints = [(letters[type(e)], is_driven(e)) for e in chain.elements if isinstance(e, Joint)]
     return "".join(f"[{letter}]" if driven else letter for letter, driven in joints)
 
 
