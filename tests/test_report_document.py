@@ -377,3 +377,10 @@ def test_paper_shows_stills(tmp_path: Path) -> None:
         assert page.evaluate("document.querySelector('pre').clientHeight > 90 * 10"), "all of its lines"
         browser.close()
     assert os.listdir(tmp_path) == ["report.html"]
+
+
+def test_what_nobody_sees_is_told() -> None:
+    page = page_of(document(Words("a\0b\u202ec"), title="t\u202e"))
+    assert "\0" not in page
+    assert "\u202e" not in page
+    assert "a\\x00b\\u202ec" in page

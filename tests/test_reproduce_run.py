@@ -20,6 +20,7 @@ import pytest
 import xarray as xr
 
 import trivet as public
+from trivet.errors import InputError
 from trivet.model import Machine
 from trivet.model import load as load_machine
 from trivet.reproduce import store
@@ -74,11 +75,20 @@ def test_an_interrupted_run_goes_on(tmp_path: Path, asked_for: list[tuple[str, .
         patch.setattr(Static, "found", interrupt)
         with pytest.raises(KeyboardInterrupt):
             again(tmp_path, ["table-1", "table-2", "table-3"])
-    assert [path.name for path in (tmp_path / "items").iterdir()] == ["table-1.json"]
+    assert sorted(path.name for path in (tmp_path / "items").iterdir()) == [store.MARK, "table-1.json"]
     _, words = again(tmp_path)
     assert [len(machines) for machines in asked_for] == [1, 4]
     assert "table-1: taken" in words[0]
     assert "table-3: worked out (" in words[1]
+
+
+def test_a_folder_of_somebody_else_is_not_written_over(tmp_path: Path) -> None:
+    (tmp_path / "items").mkdir()
+    (tmp_path / "items" / "table-1.json").write_text("mine")
+    (tmp_path / "report.html").write_text("mine")
+    with pytest.raises(InputError, match="holds other files"):
+        again(tmp_path, ["table-1"])
+    assert (tmp_path / "items" / "table-1.json").read_text() == (tmp_path / "report.html").read_text() == "mine"
 
 
 def interrupt(*_: object) -> Found:
@@ -118,7 +128,7 @@ def test_a_killed_run_goes_on(tmp_path: Path, asked_for: list[tuple[str, ...]]) 
 def test_a_damaged_item_is_done_again(tmp_path: Path, part: float) -> None:
     """Cut off anywhere, or with one digit changed."""
     whole, _ = again(tmp_path, ["table-1"])
-    (path,) = (tmp_path / "items").iterdir()
+    (path,) = (tmp_path / "items").glob("*.json")
     text = path.read_text(encoding="utf-8")
     path.write_text(text[: int(part * len(text))] if part < 1 else text.replace("0.216", "0.217"), encoding="utf-8")
     found, words = again(tmp_path, ["table-1"])
@@ -127,10 +137,12 @@ def test_a_damaged_item_is_done_again(tmp_path: Path, part: float) -> None:
     assert path.read_text(encoding="utf-8") == text
 
 
-@pytest.mark.parametrize("text", ["[]", "null", '{"found": 1, "inputs": 2, "hash": 3}', '{"found": "{}"}', "\xff"])
+@pytest.mark.parametrize(
+    "text", ["[]", "null", '{"found": 1, "inputs": 2, "hash": 3}', '{"found": "{}"}', "\xff", "[" * 100_000]
+)
 def test_what_is_no_item_is_done_again(tmp_path: Path, text: str) -> None:
     whole, _ = again(tmp_path, ["table-1"])
-    (path,) = (tmp_path / "items").iterdir()
+    (path,) = (tmp_path / "items").glob("*.json")
     path.write_bytes(text.encode("latin-1"))
     assert again(tmp_path, ["table-1"])[0] == whole
 

@@ -51,7 +51,7 @@ def test_what_is_saved_comes_back(tmp_path: Path) -> None:
     assert [m.name for m in found.machines] == ["azulay", "eclipse"]
     assert found.modes == state.modes
     np.testing.assert_allclose(found.pose, state.pose, rtol=1e-15)
-    with pytest.raises(InputError, match="exists already"):
+    with pytest.raises(InputError, match="exists already; choose another name, or tick the box"):
         keeping.save(state, tmp_path, "mine", overwrite=False)
     keeping.save(replace(state, machines=(AZULAY,), modes=("",)), tmp_path, "mine", overwrite=True)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.pose.toml", "mine.toml"]
@@ -193,6 +193,7 @@ def test_a_worker_does_the_newest_and_survives_a_fault() -> None:
     worker.ask(5)
     wait(lambda: done[-1] == 5)
     worker.end()
+    worker.join(5)
     assert [str(failure) for failure in failures] == ["no"]
 
 
@@ -204,6 +205,7 @@ def test_a_patient_worker_waits_until_nothing_comes() -> None:
     last = time.monotonic()
     wait(lambda: done)
     worker.end()
+    worker.join(5)
     assert [number for number, _ in done] == [4]
     assert done[0][1] >= last + 0.4
 
@@ -219,6 +221,7 @@ def test_a_queue_does_all_in_their_order_and_refuses_what_is_too_much() -> None:
     wait(lambda: worker.is_idle)
     assert done == [0, 1, 2, 3]
     worker.end()
+    worker.join(5)
 
 
 def wait(is_so: Callable[[], object]) -> None:

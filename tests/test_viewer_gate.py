@@ -68,6 +68,12 @@ def test_values_are_heard(value: Any) -> None:
             packed(type="TransformControlsUpdateMessage", name="/h", wxyz=[1, 0, 0, 0], position=[0, 0]), id="in a plane"
         ),
         pytest.param(packed(type="TransformControlsUpdateMessage", name="/h", wxyz="1000", position=[0, 0, 0]), id="a text"),
+        pytest.param(
+            packed(type="SceneNodeClickMessage", name="/m", ray_origin={"a": 1}, ray_direction=[0, 0, 1]), id="no ray"
+        ),
+        pytest.param(
+            packed(type="SceneNodeClickMessage", name="/m", ray_origin=[[1], 0, 0], ray_direction=[0, 0, 1]), id="nested"
+        ),
         pytest.param(packed(type="ShareUrlRequest"), id="seen from elsewhere"),
         pytest.param(packed(type="FileTransferStartUpload", source_component_uuid="1"), id="a file"),
         pytest.param(packed(type="RunJavascriptMessage", source="alert()"), id="a script"),

@@ -258,6 +258,7 @@ def test_dimensions(driven: Driven) -> None:
     driven.web.get_by_text("section tube").click()
     driven.type("tube.inner_diameter, mm", "19.5")
     driven.says("inner_diameter")
+    assert driven.row("tube.inner_diameter, mm").locator("input[inputmode=decimal]").input_value() == "14"
     driven.click("Reset azulay")
     until(lambda: driven.page.state.machines[0] is driven.page._dimensions[0]._first)
     driven.settle()
@@ -274,7 +275,7 @@ def test_files(driven: Driven) -> None:
     driven.click("Save machine and pose")
     driven.says("written: mine.toml, mine.pose.toml")
     driven.click("Save machine and pose")
-    driven.says("exists already")
+    driven.says("tick the box")
     driven.switch("Replace files that exist")
     driven.click("Save machine and pose")
     until(lambda: sorted(path.name for path in driven.folder.iterdir()) == ["mine.pose.toml", "mine.toml"])

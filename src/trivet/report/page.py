@@ -35,6 +35,7 @@ def page_of(document: Document) -> str:
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
+        finalize=_printable,
     )
     scripts = _scripts(document)
     numbers = count(1)
@@ -78,6 +79,13 @@ def _scripts(document: Document) -> tuple[str, ...]:
 
 def _all(sections: tuple[Section, ...]) -> list[Section]:
     return [one for section in sections for one in (section, *_all(section.sections))]
+
+
+def _printable(value: Any) -> Any:
+    """Text without characters that nobody sees, or that turn others round; what a filter has made is left as it is."""
+    if type(value) is not str:
+        return value
+    return "".join(c if c.isprintable() or c in "\n\t" else c.encode("unicode_escape").decode("ascii") for c in value)
 
 
 def _base64(data: bytes) -> str:

@@ -17,6 +17,8 @@ from trivet.reproduce.paper import Item
 
 FOLDER = "items"
 """Within the folder of the results: a file per item."""
+MARK = "README"
+"""In it: that a run made the folder, and may write over what lies there."""
 VERSION, CODE, SETTING = "version of trivet", "code", "setting"
 NO_NUMBERS = ("cli", "report", "show", "viewer", "views")
 """Folders of the package whose code changes no number."""
@@ -68,8 +70,8 @@ def keep(folder: Path, item: Item, found: Found) -> None:
 def kept(folder: Path, item: Item) -> Kept:
     """What an earlier run has left, if it is whole and made of the same."""
     path = path_of(folder, item)
-    if not path.exists():
-        return Kept(None, "")
+    if not path.is_file():
+        return Kept(None, "is no file" if path.exists() else "")
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
         text, own = document["found"], document["inputs"]
@@ -77,7 +79,7 @@ def kept(folder: Path, item: Item) -> Kept:
             return Kept(None, "is damaged")
         changed = _changed(own, inputs(item))
         return Kept(None, f"is of another {changed}") if changed else Kept(adapter().validate_json(text), "")
-    except (ValueError, KeyError, TypeError, AttributeError):  # ValidationError is a ValueError
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):  # ValidationError is a ValueError
         return Kept(None, "is damaged")
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
@@ -92,9 +94,12 @@ def prepare(folder: Path) -> None:
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: is a file; the name of a folder was expected")
     try:
-        if folder.is_dir() and any(folder.iterdir()) and not (folder / FOLDER).is_dir():
+        if folder.is_dir() and any(folder.iterdir()) and not (folder / FOLDER / MARK).is_file():
             raise InputError(f"{folder}: holds other files; choose an empty or a new folder, or one of an earlier run")
         os.makedirs(folder / FOLDER, exist_ok=True)
+        (folder / FOLDER / MARK).write_text(
+            "Made by trivet reproduce, which writes over what is here and beside.\n", encoding="utf-8"
+        )
     except OSError as error:
         raise InputError(f"{folder}: cannot be made or read: {error.strerror or error}") from None
 

@@ -25,6 +25,8 @@ from trivet.statics.objective import objective as read_objective
 from trivet.statics.stiffness import stiffness
 from trivet.study.machines import MachineLike, choose
 
+NOISE = 1e-3
+"""What a matrix times its inverse may differ from one; where it is more, the matrix is singular but for rounding."""
 _ROLLS_FOR_REASONS, _POINTS_FOR_REASONS = 72, 64
 
 
@@ -62,12 +64,18 @@ class StiffnessMap:
     def compliance(self) -> NDArray[Any]:
         """(n, 6, 6) inverse of the stiffness; infinite where the stiffness is singular."""
         result = np.full_like(self.matrix, np.nan)
+        length = float(self.machine.characteristic_length or 1.0)
+        scale = np.array([1.0] * 3 + [1 / length] * 3)
+        matrix = self.matrix[self.used] * np.multiply.outer(scale, scale)
         try:
-            result[self.used] = np.linalg.inv(self.matrix[self.used])
+            found = np.linalg.inv(matrix)
         except np.linalg.LinAlgError:  # exactly singular at some point: one by one
-            for k in np.flatnonzero(self.used):
-                singular = np.linalg.matrix_rank(self.matrix[k]) < 6
-                result[k] = np.inf if singular else np.linalg.inv(self.matrix[k])
+            found = np.array([np.full((6, 6), np.inf) if np.linalg.matrix_rank(m) < 6 else np.linalg.inv(m) for m in matrix])
+        with np.errstate(invalid="ignore"):
+            is_noise = ~(np.abs(matrix @ found - np.eye(6)).max(axis=(1, 2)) < NOISE)  # NaN where it is infinite
+        found = found * np.multiply.outer(scale, scale)
+        found[is_noise] = np.inf
+        result[self.used] = found
         return result
 
     @cached_property

@@ -15,6 +15,7 @@ import re
 import socket
 import time
 import traceback
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -40,18 +41,15 @@ MOST_CONNECTIONS = 8
 
 VALUES = frozenset({"GuiUpdateMessage"})
 """What carries values of controls."""
-POSES = frozenset({"TransformControlsUpdateMessage", "ViewerCameraMessage"})
-"""What carries a position and a rotation."""
-HEARD = (
-    VALUES
-    | POSES
-    | {
-        "CommandTriggerMessage",
-        "SceneNodeClickMessage",
-        "TransformControlsDragEndMessage",
-        "TransformControlsDragStartMessage",
-    }
-)
+NUMBERS = {
+    "SceneNodeClickMessage": {"ray_origin": 3, "ray_direction": 3},
+    "TransformControlsUpdateMessage": {"position": 3, "wxyz": 4},
+    "ViewerCameraMessage": {"position": 3, "wxyz": 4, "look_at": 3, "up_direction": 3},
+}
+"""What has to be so many numbers."""
+SIGNALS = frozenset({"CommandTriggerMessage", "TransformControlsDragEndMessage", "TransformControlsDragStartMessage"})
+"""What says that something happened."""
+HEARD = VALUES | NUMBERS.keys() | SIGNALS
 """Messages that are heard; all others are dropped: files, commands to others, requests to be seen from elsewhere."""
 
 
@@ -67,7 +65,7 @@ def is_welcome(raw: bytes | str) -> bool:
         return False
     if kind in VALUES and (not isinstance(changes := message.get("updates"), dict) or set(changes) != {"value"}):
         return False
-    if kind in POSES and not (_are_numbers(message.get("position"), 3) and _are_numbers(message.get("wxyz"), 4)):
+    if not all(_are_numbers(message.get(key), count) for key, count in NUMBERS.get(kind, {}).items()):
         return False
     return _is_plain(message, MOST_DEPTH)
 
@@ -136,6 +134,7 @@ def open_server(port: int, is_wanted: bool, failed: Callable[[BaseException], No
         InputError: when somebody else listens on the port that is wanted.
         RuntimeError: when viser is of a version that does not go through the door.
     """
+    warnings.filterwarnings("ignore", category=UserWarning, module=r"viser\b")  # of hostile messages, and at the end
     with _guarded() as doors, contextlib.redirect_stdout(io.StringIO()):  # viser greets
         server = viser.ViserServer(host=LOOPBACK, port=port, verbose=False)
     if set(doors) != {LOOPBACK}:

@@ -29,6 +29,12 @@ def kept(folder: Path, name: str, suffix: str) -> Path:
     return path
 
 
+def _check_free(path: Path, overwrite: bool) -> None:
+    if path.exists() and not overwrite:
+        raise InputError(f"{path.name}: exists already; choose another name, or tick the box that lets files be replaced")
+    check_writable(path, overwrite=overwrite)
+
+
 def _files(folder: Path, name: str) -> tuple[Path, Path, Path]:
     """Of the machine, of the machine beside it, and of the pose."""
     return kept(folder, name, ".toml"), kept(folder, name, ".beside.toml"), kept(folder, name, ".pose.toml")
@@ -43,7 +49,7 @@ def save(state: State, folder: Path, name: str, overwrite: bool) -> list[Path]:
     first, beside, pose = _files(folder, name)
     machines = [first, beside][: len(state.machines)]
     for path in (*machines, pose):
-        check_writable(path, overwrite=overwrite)
+        _check_free(path, overwrite)
     for path, machine in zip(machines, state.machines, strict=True):
         write(machine, path, overwrite=overwrite)
     numbers = state.pose
@@ -70,7 +76,7 @@ def restore(folder: Path, name: str) -> State:
 
 def check_page(folder: Path, name: str, overwrite: bool) -> None:
     """Raise InputError, before the work, where `keep_page` would."""
-    check_writable(kept(folder, name, ".html"), overwrite=overwrite)
+    _check_free(kept(folder, name, ".html"), overwrite)
 
 
 def keep_page(page: str, folder: Path, name: str, overwrite: bool) -> Path:

@@ -38,14 +38,16 @@ from trivet.viewer.state import PoseNumbers, State, home_of
 from trivet.viewer.studying import Vibration, singular, stiffness_pieces, vibration
 from trivet.viewer.worker import Worker
 
+PATIENCE = 2.0
+"""How long (s) the end waits for what is being done."""
 WAITING = 8
 """Things that may be asked for before the first is done."""
 SETTLED = 0.2
 """How long (s) nothing may have moved before what takes longer is worked out."""
 APART = 1.25
 """Of the machines side by side, as a multiple of the larger one's size."""
-FAR = 10.0
-"""How far a handle may be dragged, m."""
+FAR = 20.0
+"""How far from home a handle may be dragged, in sizes of the machine."""
 WIDTH = 400
 """Of the panel, pixels."""
 NOT_REACHED = "the pose is not reached"
@@ -91,8 +93,12 @@ class Page:
     def end(self) -> None:
         """Stop all work."""
         self._ended.set()
-        for worker in (self._follower, self._student, self._runner):
+        workers = self._follower, self._student, self._runner
+        for worker in workers:
             worker.end()
+        until = time.monotonic() + PATIENCE
+        for worker in workers:
+            worker.join(until - time.monotonic())
 
     @property
     def home(self) -> PoseNumbers:
@@ -164,7 +170,7 @@ class Page:
 
     def _build(self, state: State) -> None:
         """Put up the scene and the panels for the machines of a state; what was there before is gone."""
-        with self._following, self._studying:
+        with self._studying, self._following:
             self._build_number += 1
             self._put_up(state)
 
@@ -201,7 +207,7 @@ class Page:
             ]
         with tabs.add_tab("Files"):
             save, load, export = (partial(self._send, errand) for errand in (self._save, self._load, self._export))
-            self._files = FilesPanel(server, self._is_dark, save, load, export, self._set_theme)
+            self._files = FilesPanel(server, self._is_dark, save, load, export, partial(self._send, self._set_theme))
         self._add_keys()
 
     def _theme(self) -> None:
@@ -210,8 +216,9 @@ class Page:
     def _set_theme(self, is_dark: bool) -> None:
         self._is_dark = is_dark
         self._theme()
-        for actor in self._actors:
-            actor.stage.light(is_dark)
+        with self._following:
+            for actor in self._actors:
+                actor.stage.light(is_dark)
 
     def _set_handle(self) -> None:
         size = HANDLE * self._size
@@ -221,8 +228,10 @@ class Page:
 
         async def dragged(event: Any) -> None:
             numbers = _numbers(self._handle.position, self._handle.wxyz)
-            if numbers is not None:
+            if numbers is not None and np.abs(np.subtract(numbers[:3], self.home[:3])).max() < FAR * self._size:
                 self.change(pose=numbers, by="handle")
+            else:
+                self._ask(self.state, "refused")
 
         self._handle.on_update(dragged)
 
@@ -235,7 +244,7 @@ class Page:
 
         async def turn(_: Any) -> None:
             self._files.turn(not self._is_dark)
-            self._set_theme(not self._is_dark)
+            self._send(self._set_theme, not self._is_dark)
 
         home.on_trigger(go)
         dark.on_trigger(turn)
@@ -304,8 +313,9 @@ class Page:
         found = vibration(machine, wanted, state.modes[number], state.shown.ringing is not None)
         self._vibration.tell(number, [f"<b>{words.esc(machine.name)}</b>", *found.told])
         is_seen = found.seen is not None and state.shown.ringing is not None
-        actor.ringing.show(found.seen, min(state.shown.ringing or 0, len(found.modes) - 1))
-        actor.stage.hide(is_seen)
+        with self._following:
+            actor.ringing.show(found.seen, min(state.shown.ringing or 0, len(found.modes) - 1))
+            actor.stage.hide(is_seen)
         return found
 
     def _swing(self) -> None:
@@ -383,11 +393,13 @@ class Page:
 
     def _export(self, name: str, overwrite: bool) -> None:
         keeping.check_page(self._folder, name, overwrite)
-        with self._following, self._studying:
+        with self._studying, self._following:
             state = self.state
             self._handle.visible = False  # nobody follows it there
-            page = recorded(self._server, self._actors, state, self._is_dark)
-            self._handle.visible = state.shown.handle
+            try:
+                page = recorded(self._server, self._actors, state, self._is_dark)
+            finally:
+                self._handle.visible = state.shown.handle
         self._note(f"written: {keeping.keep_page(page, self._folder, name, overwrite).name}")
 
     def _show(self, state: State) -> None:
@@ -407,7 +419,7 @@ def _numbers(position: Any, wxyz: Any) -> PoseNumbers | None:
     from scipy.spatial.transform import Rotation
 
     place, turn = np.asarray(position, dtype=float), np.asarray(wxyz, dtype=float)
-    if place.shape != (3,) or turn.shape != (4,) or not np.abs(place).max() < FAR or not np.linalg.norm(turn) > 1e-3:
+    if place.shape != (3,) or turn.shape != (4,) or not np.linalg.norm(turn) > 1e-3:
         return None
     columns = Rotation.from_quat(np.roll(turn, -1)).as_matrix().T
     frame = Frame(Vec(*place.tolist()), *(Vec(*column) for column in columns.tolist()))

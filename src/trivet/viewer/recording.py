@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
+import viser
 
+from trivet.viewer.actor import Actor
 from trivet.viewer.ringing import FRAMES, PERIOD
 from trivet.viewer.state import PoseNumbers, State, home_of
-
-if TYPE_CHECKING:
-    import viser
-
-    from trivet.viewer.actor import Actor
 
 PACE = 24.0
 """Pictures per second on the way."""
@@ -24,6 +21,14 @@ WAY = 48
 def recorded(server: viser.ViserServer, actors: list[Actor], state: State, is_dark: bool) -> str:
     """The page."""
     serializer = server.get_scene_serializer()
+    try:
+        _play(serializer, actors, state)
+    finally:
+        page: str = serializer.as_html(is_dark)  # even if all is lost: it would go on recording
+    return page
+
+
+def _play(serializer: Any, actors: list[Actor], state: State) -> None:
     if any(actor.ringing.is_shown for actor in actors):
         for picture in range(FRAMES):
             for actor in actors:
@@ -34,8 +39,6 @@ def recorded(server: viser.ViserServer, actors: list[Actor], state: State, is_da
             _stand(actors, state, float(part))
             serializer.insert_sleep(1 / PACE)
         _stand(actors, state, 1.0)
-    page: str = serializer.as_html(is_dark)
-    return page
 
 
 def _stand(actors: list[Actor], state: State, part: float) -> None:

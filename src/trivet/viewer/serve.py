@@ -59,6 +59,8 @@ def serve(state: State, port: int | None = None, is_dark: bool = False, in_brows
         ended, told = threading.Event(), [signal.SIGINT]
 
         def end(number: int, frame: object) -> None:
+            if ended.is_set():  # once more: at once
+                os._exit(128 + number)
             told[0] = signal.Signals(number)
             ended.set()
 

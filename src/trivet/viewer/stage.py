@@ -49,7 +49,7 @@ class Stage:
         self._rig: Rig | None = None
         self._starts: tuple[int, ...] = ()
         self._marked: frozenset[str] = frozenset()
-        self._is_dark = False
+        self._is_dark, self._is_hidden = False, False
         self.size, self.top = 0.0, 0.0
         """Largest extent of the machine and height of its highest point, m."""
 
@@ -96,7 +96,7 @@ class Stage:
         return self._server.scene.add_mesh_simple(
             name, vertices.astype(np.float32), faces.astype(np.uint32), color=self._colour(shape), flat_shading=True,
             opacity=SEE_THROUGH.get(shape.role), material=MATERIAL,
-            side="double", cast_shadow=False, receive_shadow=False,
+            side="double", cast_shadow=False, receive_shadow=False, visible=not self._is_hidden,
         )  # fmt: skip
 
     def _colour(self, shape: Shape) -> tuple[int, int, int]:
@@ -171,5 +171,6 @@ class Stage:
 
     def hide(self, is_hidden: bool) -> None:
         """Whether the machine itself is not seen."""
+        self._is_hidden = is_hidden
         for handle in self._parts:
             handle.visible = not is_hidden

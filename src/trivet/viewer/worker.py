@@ -58,7 +58,10 @@ class Worker(Generic[T]):
         with self._changed:
             self._ended = True
             self._changed.notify_all()
-        self._thread.join(timeout=5)
+
+    def join(self, patience: float) -> None:
+        """Wait until it has stopped, but no longer than so many seconds."""
+        self._thread.join(timeout=max(patience, 0.0))
 
     def _next(self) -> list[T]:
         with self._changed:

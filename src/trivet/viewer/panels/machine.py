@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -45,6 +46,7 @@ class MachinePanel:
         self._number, self._change = number, change
         self._first = machine
         self._rows: list[_Dimension] = []
+        self._values: list[float] = []
         known, own = dimensions(machine), kinds(machine)
         groups: dict[str, list[tuple[str, int]]] = {}
         for leaf, path in enumerate(known):
@@ -69,28 +71,33 @@ class MachinePanel:
         label = f"{path.rsplit('.', 2)[-2]}.{path.rsplit('.', 1)[-1]}, {kind.written}".rstrip(", ")
         step = 10 ** math.floor(math.log10((high - low) / STEPS))
         slider = server.gui.add_slider(label, low, high, step, value * factor, hint=path)
-        on_number(slider, lambda _: self._turned())
+        on_number(slider, partial(self._turned, len(self._rows)))
+        self._values.append(float(slider.value))
         self._rows.append(_Dimension(path, leaf, kind, factor, slider, value))
 
-    def _turned(self) -> None:
+    def _turned(self, number: int, value: float) -> None:
+        wanted = [*self._values[:number], value, *self._values[number + 1 :]]
         leaves, tree = jax.tree.flatten(self._first)
-        for row in self._rows:
-            if row.slider.value != row.start * row.factor:
-                leaves[row.leaf] = row.slider.value / row.factor
+        for row, own in zip(self._rows, wanted, strict=True):
+            if own != row.start * row.factor:
+                leaves[row.leaf] = own / row.factor
         changed: Machine = jax.tree.unflatten(tree, leaves)
         try:
             check(changed)
         except TrivetError as error:
             self._told.content = words.block(words.esc(str(error)))
+            self._rows[number].slider.value = self._values[number]
             return
+        self._values = wanted
         self._told.content = ""
         self._change(machine=(self._number, changed), by="dimension")
 
     def reset(self) -> None:
         """All dimensions as they were."""
         self._told.content = ""
-        for row in self._rows:
-            row.slider.value = row.start * row.factor
+        self._values = [row.start * row.factor for row in self._rows]
+        for row, own in zip(self._rows, self._values, strict=True):
+            row.slider.value = own
         self._change(machine=(self._number, self._first), by="dimension")
 
 

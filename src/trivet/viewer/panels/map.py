@@ -9,7 +9,7 @@ import viser
 
 from trivet.viewer import words
 from trivet.viewer.mapping import MOST_STEPS, QUANTITIES, ROLLS
-from trivet.viewer.panels.inputs import on_number, on_press
+from trivet.viewer.panels.inputs import on_choice, on_number, on_press
 from trivet.viewer.state import State
 
 STEPS = 10
@@ -28,6 +28,9 @@ class MapPanel:
         self._steps = gui.add_slider("Steps from pole to rim", 2, MOST_STEPS, 1, STEPS)
         self._names = names
         on_number(self._steps, lambda value: None)
+        for choice in (self._machine, self._quantity, self._roll):
+            if choice is not None:
+                on_choice(choice, lambda text: None)
         on_press(gui.add_button("Map it", icon=viser.Icon.MAP), lambda: self._asked(seek))
         self._bar: Any = gui.add_progress_bar(0.0, visible=False)
         self._legend = gui.add_html("")
