@@ -55,7 +55,7 @@ NEEDS = {"solids.md": pytest.mark.peer("scikit-fem", module="skfem")}
 
 @pytest.mark.usefixtures("own_kernels")
 @pytest.mark.parametrize("page", [pytest.param(page, id=page.name, marks=NEEDS.get(page.name, ())) for page in PAGES])
-def test_examples_work(page: Path, trivet: Trivet) -> None:
+def test_examples_work(page: Path, trivet: Trivet, capfd: pytest.CaptureFixture[str]) -> None:
     """Block after block in one folder, and in one process; a machine file lies there when the next block runs."""
     names: dict[str, object] = {}
     for language, text in BLOCK.findall(page.read_text(encoding="utf-8")):
@@ -67,6 +67,7 @@ def test_examples_work(page: Path, trivet: Trivet) -> None:
             assert load(path).name == found.group(1)
         elif language == "python":
             exec(compile(text, str(page), "exec"), names)
+            capfd.readouterr()
         elif language == "console":
             for line, shown in COMMAND.findall(text):
                 # The order of equal shares in what README shows is that of rounding.

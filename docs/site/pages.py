@@ -1,7 +1,7 @@
 """What the site makes of pages that read well without it, too.
 
-In `index.md` a list of links under a heading becomes a part of the table of contents; in `api.md` and `api-parts.md` an item that
-begins with a name becomes all that is documented of that name.  Texts outside this folder come along as files.
+In `index.md` a list of links under a heading becomes a part of the table of contents; in `api.md` and `api-parts.md` an item
+that begins with a name becomes all that is documented of that name.  Texts outside this folder come along as files.
 """
 
 from __future__ import annotations
