@@ -55,7 +55,11 @@ def _least(axis: str) -> Callable[[Subject], str]:
 FACTS = (
     Fact("chains, drives in brackets", "machine", _chains),
     Fact("mass of what moves, kg", "home", lambda s: _number(sum(s.home.masses.values()))),
-    Fact("tilt reached at every azimuth, °", "reach", lambda s: _number(math.degrees(s.tilt.tilt))),
+    Fact(
+        "tilt reached at every azimuth (cones of ball joints without a neutral axis not looked at), °",
+        "reach",
+        lambda s: _number(math.degrees(s.tilt.tilt)),
+    ),
     Fact("tilt reached from home, °", "reach", lambda s: _number(math.degrees(s.tilt.connected_tilt))),
     Fact("workspace, cm³", "reach", lambda s: _number(s.workspace.volume * 1e6)),
     Fact(
@@ -63,7 +67,7 @@ FACTS = (
     ),
     *(Fact(f"{quantity}, mean over the check points, N/µm", "stiffness", _stiffness(quantity)) for quantity in HELD),
     Fact("lowest natural frequency, Hz", "vibration", lambda s: _number(float(np.min(s.modes.frequency)))),
-    *(Fact(f"least dynamic stiffness along {axis}, N/µm", "vibration", _least(axis)) for axis in "xyz"),
+    *(Fact(f"least dynamic stiffness along {axis}, 5 Hz to 3 kHz, N/µm", "vibration", _least(axis)) for axis in "xyz"),
 )
 
 _WORDS = "Every number is explained in the section that it comes from. Where there is a dash, the section says why."

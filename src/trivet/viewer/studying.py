@@ -15,7 +15,7 @@ from trivet.study.singularity import SingularityReport, singularity_report
 from trivet.viewer import words
 from trivet.viewer.state import PoseNumbers
 
-POINTS, HIGHEST, MODES = 400, 3000.0, 8
+POINTS, HIGHEST, MODES = 400, 3000.0, 12
 """Of a frequency response: frequencies, and the highest (Hz); natural modes."""
 
 
@@ -51,7 +51,7 @@ def vibration(machine: Machine, numbers: PoseNumbers, mode: str, with_scene: boo
     at = (machine, numbers[:3], *numbers[3:])
     try:
         response = frf(*at, mode=mode or None, anyway=True, high=HIGHEST, points=POINTS)
-        told = [words.minima(minimum_dynamic_stiffness(response.at, response.frequency[0], HIGHEST)[:3])]
+        told = [words.minima(minimum_dynamic_stiffness(response.at)[:3])]
         found = modes(*at, mode=mode or None, anyway=True, count=MODES)
     except TrivetError as error:
         return Vibration(None, [words.esc(str(error))], [], None)

@@ -106,10 +106,10 @@ def singular(report: SingularityReport) -> str:
     """How near the pose is to a singularity."""
     found = report.singularity
     rows = [("σ_min", f"{found.sigma_min:.4g}"), ("type", str(found.type) if found.type else "regular")]
+    if math.isfinite(report.tilt_margin.angle):
+        rows.append(("next Type 2, tilted", f"{math.degrees(report.tilt_margin.angle):.3g}°"))
     if math.isfinite(found.distance.length):
-        rows.append(("next Type 2, centre moved", f"{1e3 * found.distance.length:.3g} mm"))
-    if math.isfinite(found.distance.angle) and found.distance.angle < math.pi:
-        rows.append(("next Type 2, tilted", f"{math.degrees(found.distance.angle):.3g}°"))
+        rows.append(("centre moved, to first order", f"{1e3 * found.distance.length:.3g} mm"))
     sentences = "".join(f"<div>{esc(sentence)}</div>" for sentence in found.meaning)
     return table(("", ""), rows) + sentences
 
@@ -120,7 +120,7 @@ def minima(found: Iterable[Minimum]) -> str:
     for one in found:
         scale, unit = (1e-6, "N/µm") if len(one.direction) == 1 else (1.0, "N m/rad")
         rows.append((one.direction, f"{scale * one.stiffness:.4g} {unit}", f"{one.frequency:.1f} Hz"))
-    return table(("", "least 1/|H|", "at"), rows)
+    return "<div>least 1/|H|, 1 Hz to 20 kHz</div>" + table(("", "", "at"), rows)
 
 
 def scale(label: str, low: float, high: float, colours: Sequence[str]) -> str:

@@ -10,11 +10,13 @@ from trivet.report.telling import attempt, drawn, picture, repeat, told
 
 _MODES = (
     "How the machine rings at home with its drives held: at which frequencies, how the platform moves then, and which parts "
-    "yield. The part with the greatest share of the strain energy is the one to stiffen."
+    "yield. The part with the greatest share of the strain energy is the one to stiffen; where two modes have "
+    "the same frequency, look at both, since any mixture of them is a mode."
 )
 _RESPONSES = (
     "How far the platform centre moves per newton of a harmonic force at it, and when. The least dynamic stiffness is the "
-    "least force per motion over all frequencies: what the machine resists with where it resists least."
+    "least force per motion over the frequencies shown, 5 Hz to 3 kHz: what the machine resists with where it resists least. "
+    "Stiff machines may be softer above; the command takes another range with --to."
 )
 
 
