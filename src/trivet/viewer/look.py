@@ -36,19 +36,19 @@ class Look:
         cell = 10 ** np.floor(np.log10(size))
         scene.add_grid("/floor", width=2 * size, height=2 * size, cell_size=cell, section_size=10 * cell, plane="xy")
         camera = server.initial_camera
-        eye, centre = self._view(1.0)
-        camera.position, camera.look_at = eye + ASIDE * self._wide * RIGHT, centre + ASIDE * self._wide * RIGHT
+        camera.position, camera.look_at = self._view(1.0, ASIDE * self._wide * RIGHT)
         camera.up, camera.near, camera.far = (0.0, 0.0, 1.0), 0.01 * size, 100 * size
 
-    def greet(self, client: viser.ClientHandle) -> None:
-        """Have somebody whose window is narrow stand further away, and look above the panel."""
+    def show(self, client: viser.ClientHandle) -> None:
+        """Have somebody see all; whose window is narrow stands further away, and looks above the panel, not beside it."""
         aspect = client.camera.aspect
         if 0 < aspect < 1:
-            eye, centre = self._view(aspect**-0.7)
-            below = np.array((0.0, 0.0, BELOW * self._size))
-            client.camera.position, client.camera.look_at = eye - below, centre - below
+            eye, centre = self._view(aspect**-0.7, np.array((0.0, 0.0, -BELOW * self._size)))
+        else:
+            eye, centre = self._view(1.0, ASIDE * self._wide * RIGHT)
+        client.camera.position, client.camera.look_at = eye, centre
 
-    def _view(self, distance: float) -> tuple[np.ndarray, np.ndarray]:
+    def _view(self, distance: float, moved: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Where one stands and what one looks at."""
-        centre = np.array((0.0, 0.0, 0.2 * self._size))
+        centre = np.array((0.0, 0.0, 0.2 * self._size)) + moved
         return centre + distance * self._wide * EYE, centre

@@ -51,6 +51,7 @@ FAR = 20.0
 WIDTH = 400
 """Of the panel, pixels."""
 NOT_REACHED = "the pose is not reached"
+WAIT = "<div>… stiffness and vibration are being worked out</div>"
 HANDLE = 0.28
 """Length of its arrows, as a share of the machine's size."""
 
@@ -82,7 +83,7 @@ class Page:
         self.failure: BaseException | None = None
         """The first thing that went wrong in a way that nobody foresaw."""
         self._build(state)
-        server.on_client_connect(lambda client: self._look.greet(client))
+        server.on_client_connect(lambda client: self._look.show(client))
         self._follower: Worker[Asked] = Worker(self._follow, self.fail)
         self._student: Worker[Asked] = Worker(self._study, self.fail, SETTLED)
         self._runner: Worker[Callable[[], None]] = Worker(self._run, self.fail, waiting=WAITING)
@@ -191,7 +192,7 @@ class Page:
         self._set_handle()
         gui.set_panel_label("trivet")
         gui.main_panel.set_width(WIDTH)
-        self._status = gui.add_html("")
+        self._status, self._lines = gui.add_html(""), [""]
         tabs = gui.add_tab_group()
         with tabs.add_tab("Pose"):
             self._pose = PosePanel(server, state, self._size, self.change, partial(self._send, self._assemble))
@@ -237,7 +238,8 @@ class Page:
 
     def _add_keys(self) -> None:
         home = self._server.gui.add_command("Home pose", hotkey="H")
-        dark = self._server.gui.add_command("Dark or light", hotkey="D")
+        dark = self._server.gui.add_command("Dark or light", hotkey="T")
+        whole = self._server.gui.add_command("Whole machine", hotkey="V")
 
         async def go(_: Any) -> None:
             self._pose.go_home()
@@ -246,6 +248,11 @@ class Page:
             self._files.turn(not self._is_dark)
             self._send(self._set_theme, not self._is_dark)
 
+        async def look(_: Any) -> None:
+            for client in self._server.get_clients().values():
+                self._look.show(client)
+
+        whole.on_trigger(look)
         home.on_trigger(go)
         dark.on_trigger(turn)
 
@@ -276,7 +283,13 @@ class Page:
             wanted = state.pose_of(number)
             actor.dome.here(wanted.azimuth, wanted.tilt)
         self._pose.follow(state, by)
-        self._status.content = words.block(*lines, role='role="status"')
+        self._lines = lines
+        self._tell_status(is_waiting=True)
+
+    def _tell_status(self, is_waiting: bool) -> None:
+        """Show how the machines stand, and whether stiffness and vibration are still those of another state."""
+        more = [WAIT] if is_waiting else []
+        self._status.content = words.block(*self._lines, *more, role='role="status"')
 
     # What is worked out when all has settled
 
@@ -289,13 +302,14 @@ class Page:
         found = []
         for number, actor in enumerate(self._actors):
             self._tell_stiffness(state, number, actor)
+        for number, actor in enumerate(self._actors):
             if self._student.is_overtaken:
                 return
             found.append(self._tell_vibration(state, number, actor))
-            if self._student.is_overtaken:
-                return
         self._vibration.plot([one.response for one in found], state.shown.entry)
         self._vibration.offer(next((one.modes for one in found if one.modes), []), state.shown.ringing)
+        if not self._student.is_overtaken:
+            self._tell_status(is_waiting=False)
 
     def _tell_stiffness(self, state: State, number: int, actor: Actor) -> None:
         machine, mode, wanted, shown = state.machines[number], state.modes[number], state.pose_of(number), state.shown

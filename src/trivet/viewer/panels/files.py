@@ -26,7 +26,7 @@ class FilesPanel:
     ) -> None:
         """`save`, `load` and `export` are called with a name, and whether files may be replaced."""
         gui = server.gui
-        dark = gui.add_checkbox("Dark", is_dark, hint="Dark or light (key D)")
+        dark = gui.add_checkbox("Dark", is_dark, hint="Dark or light (key T)")
         on_switch(dark, theme)
         self._dark: Any = dark
         self._name = gui.add_text("Name", "machine", hint="Of the files, without a suffix")
