@@ -24,6 +24,7 @@ class Seen:
 
     def __init__(self, page: Any, allowed: str) -> None:
         self.page = page
+        page.set_default_timeout(90_000)
         self.faults: list[str] = []
         self.strangers: list[str] = []
         page.on("console", lambda m: self.faults.append(m.text) if m.type in ("error", "warning") else None)
@@ -78,7 +79,7 @@ def opened(address: str, size: tuple[int, int] = (1280, 800)) -> Iterator[Seen]:
             browser.close()
 
 
-def until(is_so: Callable[[], Any], longest: float = 60.0) -> None:
+def until(is_so: Callable[[], Any], longest: float = 120.0) -> None:
     """Wait until something is so."""
     end = time.monotonic() + longest
     while not is_so():

@@ -145,8 +145,8 @@ def test_the_handle_is_dragged_and_the_machine_follows(driven: Driven) -> None:
         x, y = driven.pixel((0, 0, home.z + 0.2 * size))
         driven.web.mouse.move(x, y)
         driven.web.mouse.down()
-        for step in range(1, 21):
-            driven.web.mouse.move(x, y - 2 * step)
+        for step in range(1, 41):
+            driven.web.mouse.move(x, y - step)
             driven.web.wait_for_timeout(50)
         driven.web.mouse.up()
         driven.settle()
@@ -300,8 +300,7 @@ def test_an_exported_scene_plays_without_a_network(driven: Driven) -> None:
         alone.page.locator("canvas").first.wait_for()
         alone.page.wait_for_timeout(1500)
         first = alone.keep("exported-1")
-        alone.page.wait_for_timeout(700)
-        assert alone.keep("exported-2") != first
+        until(lambda: alone.keep("exported-2") != first)
         alone.check()
     file.unlink()
 
