@@ -42,19 +42,27 @@ class Driven:
         box = self.row(label).locator("input[inputmode=decimal]")
         box.fill(value)
         box.press("Enter")
+        self.sent()
+
+    def sent(self) -> None:
+        """Wait until what was put in is sent: viser sends once in 50 ms, and of what two controls say between only the last."""
+        self.web.evaluate("new Promise(done => setTimeout(done, 100))")
 
     def press(self, label: str, keys: str) -> None:
         thumb = self.row(label).get_by_role("slider")
         thumb.focus()
         for key in keys.split():
             thumb.press(key)
+        self.sent()
 
     def choose(self, label: str, option: str) -> None:
         self.row(label).get_by_role("combobox").click()
         self.web.get_by_role("option", name=option, exact=True).filter(visible=True).first.click()
+        self.sent()
 
     def switch(self, label: str) -> None:
         self.row(label).get_by_role("checkbox").click()
+        self.sent()
 
     def click(self, label: str) -> None:
         self.web.get_by_role("button", name=label).filter(visible=True).first.click()
