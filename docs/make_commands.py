@@ -18,7 +18,7 @@ PAGE = Path(__file__).parent / "commands.md"
 
 HEAD = """# Commands
 
-What `trivet COMMAND --help` prints, of all commands; made from it by `python docs/make_commands.py`. A quantity is a number
+What `--help` prints, of all commands; made from it by `python docs/make_commands.py`. A quantity is a number
 with its unit (`"20 deg"`, `"3 N/um"`), three of them are separated by commas (`"0 mm, 0 mm, 125 mm"`). A value that begins
 with a minus is joined by an equals sign (`--roll=-alpha`). Every command takes `--help`.
 
@@ -46,7 +46,7 @@ def section(command: Any, parent: Any, path: str) -> str:
     records = (parameter.get_help_record(context) for parameter in command.get_params(context) if parameter.name != "help")
     rows = [f"| `{cell(names)}` | {spoken(cell(help))} |" for names, help in filter(None, records)]
     table = "\n".join(["| option | meaning |", "|---|---|", *rows]) if rows else ""
-    return "\n\n".join(filter(None, [f"## {path}", spoken(command.help), f"    {usage}", table]))
+    return "\n\n".join(filter(None, [f"## {path}", spoken(command.help), f"```text usage\n{usage}\n```", table]))
 
 
 def spoken(text: str) -> str:

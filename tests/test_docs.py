@@ -7,9 +7,9 @@ import doctest
 import importlib.util
 import inspect
 import re
-import shlex
 import subprocess
 import sys
+import tomllib
 from collections.abc import Callable
 from html.parser import HTMLParser
 from pathlib import Path
@@ -18,15 +18,15 @@ from typing import Any
 from urllib.parse import unquote, urlsplit
 
 import pytest
+from fences import Command, commands, fences, spoken, spoken_inline
 
+import trivet as t
 from trivet.model import load
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = [*sorted(DOCS.glob("*.md")), ROOT / "README.md"]
-BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-COMMAND = re.compile(r"^\$ (.*)\n((?:(?!\$ ).*\n)*)", re.MULTILINE)
-NAME = re.compile(r'^name = "(.*)"$', re.MULTILINE)
+BLOCK = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 
 Trivet = Callable[..., tuple[int, str, str]]
 """The fixture of that name."""
@@ -39,15 +39,70 @@ def text_of(page: str) -> str:
 # Examples
 
 
-def run_command(trivet: Trivet, line: str, shown: str = "") -> None:
-    """Succeeds, or has the exit code that a comment at its end tells; and prints what is shown, "..." standing for anything."""
-    program, *arguments = shlex.split(line, comments=True)
-    expected = int(told.group(1)) if (told := re.search(r"# .*exit code (\d)", line)) else 0
-    assert program == "trivet", line
-    code, out, err = trivet(*arguments)
-    assert code == expected, f"{line}\n{out}\n{err}"
-    alike = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
-    assert not shown.strip() or doctest.OutputChecker().check_output(shown, out + err, alike), f"{line}\n{out}\n{err}"
+def run_command(trivet: Trivet, command: Command) -> str:
+    """Has the exit code that it should, and prints what is shown, "..." standing for anything; returns what it prints."""
+    code, out, err = trivet(*command.arguments)
+    assert code == command.code, f"{command.words}\n{out}\n{err}"
+    alike = doctest.OutputChecker().check_output(command.shown, out + err, doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)
+    assert alike or not command.shown.strip(), f"{command.words}\n{out}\n{err}"
+    return out
+
+
+def check_spoken(trivet: Trivet, arguments: list[str]) -> None:
+    """The program has this command and its options; nothing is run."""
+    code, _, err = trivet(*arguments, "--help")
+    assert code == 0, f"{arguments}: {err}"
+
+
+def load_shown(text: str) -> None:
+    """A machine file lies there under the name of the machine."""
+    path = Path(f"{tomllib.loads(text)['about']['name']}.toml")
+    path.write_text(text, encoding="utf-8")
+    assert load(path).name == path.stem
+
+
+class Reader:
+    """Does with blocks of a page, one after the other, what their kinds ask for."""
+
+    def __init__(self, trivet: Trivet, capfd: pytest.CaptureFixture[str], page: str) -> None:
+        self.trivet, self.capfd, self.page = trivet, capfd, page
+        self.names: dict[str, object] = {}
+        self.printed = ""
+
+    def read(self, text: str) -> None:
+        """All of a page."""
+        for fence in fences(text, self.page):
+            self.take(*fence)
+
+    def take(self, kind: str, text: str) -> None:
+        match kind:
+            case "console":
+                self.printed += "".join(run_command(self.trivet, command) for command in commands(text))
+            case "console not run":
+                for command in commands(text):
+                    check_spoken(self.trivet, command.arguments)
+            case "text not run":
+                for arguments in spoken(text):
+                    check_spoken(self.trivet, arguments)
+            case "text usage":
+                check_spoken(self.trivet, [word for word in text.split()[1:] if word.islower()])
+            case "text":
+                assert "".join(text.split()) in "".join(self.printed.split()), f"no command above prints: {text}"
+            case "python":
+                exec(compile(text, self.page, "exec"), self.names)
+                self.capfd.readouterr()
+            case "toml":
+                load_shown(text)
+            case "toml set-up":
+                Path("shown.toml").write_text(text, encoding="utf-8")
+                t.read_setup("shown.toml")
+            case "toml piece":
+                tomllib.loads(text)
+            case "csv":
+                Path("shown.csv").write_text(text, encoding="utf-8")
+                t.read_functions("shown.csv")
+            case _:
+                assert kind == "math", "what the site sets"
 
 
 NEEDS = {"solids.md": pytest.mark.peer("scikit-fem", module="skfem")}
@@ -56,28 +111,47 @@ NEEDS = {"solids.md": pytest.mark.peer("scikit-fem", module="skfem")}
 @pytest.mark.usefixtures("own_kernels")
 @pytest.mark.parametrize("page", [pytest.param(page, id=page.name, marks=NEEDS.get(page.name, ())) for page in PAGES])
 def test_examples_work(page: Path, trivet: Trivet, capfd: pytest.CaptureFixture[str]) -> None:
-    """Block after block in one folder, and in one process; a machine file lies there when the next block runs."""
-    names: dict[str, object] = {}
-    for language, text in BLOCK.findall(page.read_text(encoding="utf-8")):
-        if language == "toml" and text.startswith(("format = 1", "variant_of = ")):
-            found = NAME.search(text)
-            assert found, "a machine has a name"
-            path = Path(f"{found.group(1)}.toml")
-            path.write_text(text, encoding="utf-8")
-            assert load(path).name == found.group(1)
-        elif language == "python":
-            exec(compile(text, str(page), "exec"), names)
-            capfd.readouterr()
-        elif language == "console":
-            for line, shown in COMMAND.findall(text):
-                # The order of equal shares in what README shows is that of rounding.
-                if line.startswith("trivet "):
-                    run_command(trivet, line, "" if page.name == "README.md" else shown)
+    """Block after block in one folder, and in one process."""
+    Reader(trivet, capfd, page.name).read(page.read_text(encoding="utf-8"))
 
 
-def test_the_pages_have_examples() -> None:
-    found = [language for page in PAGES for language, _ in BLOCK.findall(page.read_text(encoding="utf-8"))]
-    assert {"toml", "python", "console"} <= set(found)
+def test_commands_in_the_text_are_there(trivet: Trivet) -> None:
+    for arguments in sorted({tuple(own) for page in PAGES for own in spoken_inline(page.read_text(encoding="utf-8"))}):
+        check_spoken(trivet, list(arguments))
+
+
+MACHINE = 'format = 1\n[about]\nname = "bare"\n'
+FAULTS = {
+    "an unknown kind": ("```bash\ntrivet list\n```", "is no kind of block"),
+    "no kind": ("```\ntrivet list\n```", "is no kind of block"),
+    "indented": ("Say\n\n    $ trivet list\n", "only indented"),
+    "no reason": ("```text not run\ntrivet list\n```", "has a reason"),
+    "another program": ("```console\n$ make compare\n```", "only trivet is run"),
+    "no command": ("```console\ntrivet list\n```", "begins with a command"),
+    "an indented command": ("```console\n$ trivet list\n   $ trivet lisst\n```", "are indented"),
+    "a wrong command": ("```console\n$ trivet lisst\n```", "No such command"),
+    "another exit code": ("```console\n$ trivet list  # exit code 1\n```", "trivet list"),
+    "other words": ("```console\n$ trivet list\nMachines of the stable\n...\n```", "trivet list"),
+    "a wrong option of what is not run": (
+        "```console not run: serves\n$ trivet view azulay --no-brouser\n```",
+        "No such option",
+    ),
+    "a wrong option in a text": ("```text not run: ssh\nssh there trivet view --prt 8080\n```", "No such option"),
+    "what nothing prints": ("```console\n$ trivet list\n```\n```text\nMachines of the stable\n```", "no command above prints"),
+    "broken TOML": ("```toml piece\na = \n```", "Invalid value"),
+    "a broken machine": (f"```toml\n{MACHINE}```", "bare.toml: "),
+    "no machine": ("```toml\na = 1\n```", "about"),
+    "a broken set-up": ("```toml set-up\na = 1\n```", "shown.toml: "),
+    "a broken table": ("```csv\n1,2\n```", "shown.csv: "),
+    "a broken example": ("```python\nassert 1 > 2, 'more'\n```", "more"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_no_fault_of_a_page_passes(fault: str, trivet: Trivet, capfd: pytest.CaptureFixture[str]) -> None:
+    page, words = FAULTS[fault]
+    with pytest.raises((AssertionError, KeyError, ValueError), match=words):
+        Reader(trivet, capfd, "page.md").read(page)
 
 
 def test_links_lead_somewhere() -> None:
