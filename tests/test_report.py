@@ -26,9 +26,9 @@ from trivet.errors import NoResultError
 from trivet.measure.files.by_suffix import save_functions
 from trivet.measure.functions import Channel
 from trivet.report.document import Block, Document, Listing, Picture, Plot, Section, Table, Words
-from trivet.report.making import SECTIONS, report_of, subject_of
+from trivet.report.making import TELL, report_of, subject_of
 from trivet.report.page import page_of
-from trivet.report.sections import comparison
+from trivet.report.sections import OWN, SECTIONS, comparison
 from trivet.report.sections.measured import Measurement
 from trivet.report.subject import CheckPoints, Subject
 
@@ -82,6 +82,25 @@ def test_everything_is_told(whole: Document) -> None:
     facts = dict(row for row in rows(whole.sections[0]))
     assert "–" not in facts.values()
     assert len(facts) == 14
+
+
+def test_all_sections_are_told_and_documented() -> None:
+    assert tuple(TELL) == OWN
+    page = (Path(__file__).parents[1] / "docs" / "report.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE)) == set(SECTIONS)
+
+
+def test_masses_agree(whole: Document) -> None:
+    """What moves at home is what vibrates and what rods have in their guides; the report says so where it gives either."""
+    told = " ".join(block.text for block in blocks(whole, Words))
+    (hidden, left), (less,) = (
+        re.findall(r"([\d.]+) kg of that is inside .*?: ([\d.]+) kg vibrate", told)[0],
+        re.findall(r"That is ([\d.]+) kg less than what moves", told),
+    )
+    (vibrating,) = re.findall(r"of the machine's ([\d.]+) kg", told)
+    assert (hidden, left) == (less, vibrating)
+    moving = dict(row for row in rows(whole.sections[0]))["mass of what moves, kg"]
+    assert float(hidden) + float(left) == pytest.approx(float(moving), rel=1e-3)
 
 
 def test_numbers_are_those_of_the_studies(whole: Document) -> None:
@@ -250,7 +269,10 @@ def test_measurements_that_do_not_go_with_a_machine() -> None:
 
 
 WRONG = [
-    (("azulay", "-o", "report.txt"), "report.txt: a report ends in .html or .pdf"),
+    (("azulay", "-o", "report.txt"), "report.txt: a report ends in .html (a page) or .pdf (printed); name it report.html"),
+    (("azulay", "-o", "report"), "report: a report ends in .html (a page) or .pdf (printed); name it report.html"),
+    (("azulay", "--sections", "", "-o", "report.html"), "sections: none is named; choose from machine, home, reach"),
+    (("azulay", "--sections", " , ", "-o", "report.html"), "or leave sections out to be told all"),
     (("azulay", "-o", "none/report.html"), "report.html: cannot be written"),
     (("azulay", "-o", "there.html"), "there.html: exists already"),
     (("azulay",), "Missing option '--output'"),
@@ -258,12 +280,12 @@ WRONG = [
     (("azulay", "azulay", "-o", "report.html"), "azulay: given twice"),
     (("azulay", "--mode", "+", "-o", "report.html"), "mode"),
     (("azulay", "--sections", "stifness", "-o", "report.html"), "section 'stifness' is not known; did you mean 'stiffness'"),
-    (("azulay", "--sections", "measured", "-o", "report.html"), "section 'measured': is about measured responses; give --m"),
+    (("azulay", "--sections", "measured", "-o", "report.html"), "section 'measured': is about measured responses; give th"),
     (
         ("azulay", "--setup", "setup.toml", "-o", "report.html"),
-        "--setup: goes with measured responses; give --measured as well",
+        "setup: goes with measured responses, and none are given as measured",
     ),
-    (("azulay", "--measured", "measured.nc", "-o", "report.html"), "--measured: where its points lie on the machine"),
+    (("azulay", "--measured", "measured.nc", "-o", "report.html"), "measured: where its points lie on the machine"),
     (("azulay", "--measured", "none.nc", "--setup", "setup.toml", "-o", "report.html"), "none.nc"),
     (("azulay", "--radius", "5", "-o", "report.html"), '--radius "5"'),
     (("azulay", "--steps", "0", "-o", "report.html"), "steps: 0 leaves the surface without points"),

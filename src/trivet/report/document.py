@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
-from trivet.errors import InputError, nearest
+from trivet.errors import InputError
 from trivet.files import replacing
 
 SUFFIXES = (".html", ".pdf")
@@ -80,8 +80,8 @@ def check_suffix(path: str | os.PathLike[str]) -> str:
     """The suffix of a document, in lower case; raises InputError for one that is neither HTML nor PDF."""
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
-        hint = nearest(suffix, SUFFIXES) if suffix else ""
-        raise InputError(f"{os.fspath(path)}: a report ends in {' or '.join(SUFFIXES)}{hint}")
+        name = Path(path).with_suffix(".html").name if Path(path).name else "report.html"
+        raise InputError(f"{os.fspath(path)}: a report ends in .html (a page) or .pdf (printed); name it {name}, say")
     return suffix
 
 

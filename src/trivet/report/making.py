@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Sequence
-from importlib import import_module
 
 from trivet.errors import InputError, nearest
 from trivet.files import check_writable
@@ -12,16 +11,38 @@ from trivet.kinematics.mode import parse_mode
 from trivet.report.document import Document, Section, check_suffix, write_document
 from trivet.report.glance import glance
 from trivet.report.provenance import provenance
-from trivet.report.sections import comparison, measured
+from trivet.report.sections import (
+    COMPARISON,
+    MEASURED,
+    OWN,
+    SECTIONS,
+    comparison,
+    dynamics,
+    file,
+    home,
+    machine,
+    measured,
+    reach,
+    singularities,
+    stiffness,
+    vibration,
+)
 from trivet.report.sections.measured import Measurement
 from trivet.report.subject import CheckPoints, Subject
 from trivet.space.surface import hemisphere
 from trivet.study.machines import MachineLike, choose
 
-OWN = ("machine", "home", "reach", "singularities", "stiffness", "vibration", "dynamics", "file")
-"""Sections of every machine, in their order; each is a module of its name."""
-COMPARISON, MEASURED = "comparison", "measured"
-SECTIONS = (*OWN, COMPARISON, MEASURED)
+TELL: dict[str, Callable[[Subject], Section]] = {
+    "machine": machine.section,
+    "home": home.section,
+    "reach": reach.section,
+    "singularities": singularities.section,
+    "stiffness": stiffness.section,
+    "vibration": vibration.section,
+    "dynamics": dynamics.section,
+    "file": file.section,
+}
+"""What tells the sections of every machine."""
 
 PYTHON = "trivet.write_report, in Python"
 
@@ -50,7 +71,7 @@ def write_report(
     Args:
         machines: machines, names or files.
         path: .html is a page, .pdf the same printed by a browser of this computer.
-        sections: some of SECTIONS; all that there is to say when not given.
+        sections: some of `trivet.report.sections.SECTIONS`; all that there is to say when not given.
         mode: working mode of all machines; each machine's own when not given.
         steps: lattice steps of the check points from pole to rim.
         radius, height: of their hemisphere (m); each machine's own workpiece when not given.
@@ -86,10 +107,10 @@ def measurement_of(
     if measured is None:
         for name, value in (("setup", setup), ("fit", fit)):
             if value is not None:
-                raise InputError(f"--{name}: goes with measured responses; give --measured as well")
+                raise InputError(f"{name}: goes with measured responses, and none are given as measured")
         return None
     if setup is None:
-        raise InputError("--measured: where its points lie on the machine is said by a set-up; give --setup as well")
+        raise InputError("measured: where its points lie on the machine is said by a set-up; give a setup as well")
     return Measurement.read(measured, setup, fit)
 
 
@@ -129,11 +150,15 @@ def _chosen(sections: Iterable[str] | None, subjects: Sequence[Subject], measure
     """Sections in their order."""
     if sections is not None:
         wanted = tuple(sections)
+        if not wanted:
+            raise InputError(
+                f"sections: none is named; choose from {', '.join(SECTIONS)}, or leave sections out to be told all"
+            )
         for name in wanted:
             if name not in SECTIONS:
                 raise InputError(f"section '{name}' is not known{nearest(name, SECTIONS)}")
         if MEASURED in wanted and measurement is None:
-            raise InputError("section 'measured': is about measured responses; give --measured and --setup")
+            raise InputError("section 'measured': is about measured responses; give them as measured, and their setup")
         return tuple(name for name in SECTIONS if name in wanted)
     beside = len(subjects) > 1 or any(map(comparison.is_published, subjects))
     idle = {COMPARISON: not beside, MEASURED: measurement is None}
@@ -165,7 +190,7 @@ def _of_one(subject: Subject, chosen: Sequence[str], measurement: Measurement | 
             assert measurement is not None
             found.append(measured.section(subject, measurement))
         else:
-            found.append(import_module(f"trivet.report.sections.{name}").section(subject))
+            found.append(TELL[name](subject))
     progress(subject.name, len(names), len(names))
     return found
 

@@ -95,6 +95,14 @@ class Subject:
         return pose(self.machine, mode=self.mode)
 
     @cached_property
+    def hidden(self) -> float:
+        """Mass (kg) of rods inside the guides in which they slide, at home: it moves, and does not vibrate."""
+        from trivet.statics.assembly import assemble
+
+        structure = assemble(self.machine, self.home.frame, self.home.signs)
+        return sum(float(part.mass) for part in structure.sheathed)
+
+    @cached_property
     def tilt(self) -> TiltReport:
         """How far it tilts."""
         from trivet.study.tilt import tilt

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from trivet.kinematics.singularity import motion_words
-from trivet.study.singularity import SingularityReport
+from trivet.study.singularity import DIRECTIONS, SingularityReport
 from trivet.views.layout import table, where
 from trivet.views.si import finite, pose_keys
 
@@ -23,7 +23,7 @@ def tables(report: SingularityReport) -> list[Any]:
         ("moving the centre, to a Type 2 singularity to first order", _first_order(1e3 * far.length, "mm", 1e3)),
         ("tilting about the centre, to a Type 2 singularity to first order", _first_order(math.degrees(far.angle), "°", 180)),
         ("tilting about the centre until there is a Type 2 singularity", _tilt_margin(report)),
-        ("det J_x; its sign changes across Type 2 singularities", f"{det.j_x * 1e9:.6g} mm³"),
+        ("det J_x; its sign changes across Type 2 singularities", f"{det.j_x:.6g} m^3"),
         ("det J_q", f"{det.j_q:.6g} (SI)"),
         ("1 / det J⁻¹, geometric", f"{1 / det.inverse if det.inverse else math.inf:.6g} (SI)"),
     )
@@ -39,14 +39,16 @@ def tables(report: SingularityReport) -> list[Any]:
 
 
 def _first_order(value: float, unit: str, most: float) -> str:
-    """A distance to first order, unless it is so long that it says nothing."""
-    return f"{value:.4g} {unit}" if value < most else "none near"
+    """A distance to first order, or why there is none: how near a singularity is, that does not tell."""
+    if math.isnan(value):
+        return "no estimate: det J_x has no slope here"
+    return f"{value:.4g} {unit}" if value < most else "no estimate: the slope of det J_x is about zero"
 
 
 def _tilt_margin(report: SingularityReport) -> str:
     margin = report.tilt_margin
     if not math.isfinite(margin.angle):
-        return "none up to 90° and as far as the chains reach"
+        return f"none met in {DIRECTIONS} directions, up to 90° or as far as the chains reach"
     return f"{math.degrees(margin.angle):.4f}° towards {math.degrees(margin.azimuth):g}° from x of {{E}}"
 
 

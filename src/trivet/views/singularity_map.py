@@ -31,7 +31,7 @@ def tables(result: SingularityMap) -> list[Any]:
         f"{result.machine.name}, {mode_words(result.mode)}, {result.surface.name} at z0 = {height:g} mm, "
         f"roll {result.policy}: {used}",
         ranges,
-        curves if result.curves else "no Type 2 singularity between the points that are reached",
+        curves if result.curves else "no Type 2 singularity found between neighbouring points that are reached",
     ]
 
 

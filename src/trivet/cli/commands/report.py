@@ -13,6 +13,7 @@ import typer
 from trivet.cli import options as o
 from trivet.cli import output
 from trivet.cli.groups import Hemisphere, Model
+from trivet.report.sections import SECTIONS
 
 if TYPE_CHECKING:
     from trivet.report.sections.measured import Measurement
@@ -58,8 +59,7 @@ def run(
         str | None,
         typer.Option(
             "--sections",
-            help="Some of machine, home, reach, singularities, stiffness, vibration, dynamics, file, comparison, measured; "
-            "all that there is to say by default.",
+            help=f"Some of {', '.join(SECTIONS)}; all that there is to say by default.",
             metavar="NAMES",
         ),
     ] = None,
@@ -75,7 +75,7 @@ def run(
     from trivet.report.making import check_target, report_of
     from trivet.study.comparison import PAPER_MACHINES
 
-    names = None if sections is None else [name.strip() for name in sections.split(",")]
+    names = None if sections is None else [word for name in sections.split(",") if (word := name.strip())]
     subjects = [_subject(word, settings or [], mode, points, model) for word in machines or PAPER_MACHINES]
     check_target(target, overwrite=overwrite)
     with output.progress(False, "sections") as advance:

@@ -24,3 +24,9 @@ def _blocks(subject: Subject) -> Iterator[Block]:
     from trivet.views import pose as view
 
     yield from told([*view.tables(subject.home), view.masses_table(subject.home)])
+    if subject.hidden > 0:
+        left = sum(subject.home.masses.values()) - subject.hidden
+        yield Words(
+            f"Rods that slide count with all their length. {subject.hidden:.4g} kg of that is inside their guides, neither "
+            f"bends nor vibrates, and is left out where natural modes are told: {left:.4g} kg vibrate."
+        )

@@ -35,6 +35,11 @@ def _modes(subject: Subject) -> Iterator[Block]:
     caption = "The first modes; the grey shadow is the machine at rest. The command below gives a page in which they move."
     yield picture(subject.modes, caption, f"Shapes of the first natural modes of {subject.name}.")
     yield from told(view.tables(subject.modes))
+    if subject.hidden > 0:
+        yield Words(
+            f"That is {subject.hidden:.4g} kg less than what moves, as told at home: of rods that slide only what is out of "
+            "their guides vibrates."
+        )
 
 
 def _responses(subject: Subject) -> Iterator[Block]:
