@@ -13,7 +13,7 @@ from pathlib import Path
 from trivet.report.document import Block, Section, Table, Words
 from trivet.reproduce.outcome import Outcome
 from trivet.reproduce.page import item_section, overview
-from trivet.reproduce.paper import chosen
+from trivet.reproduce.paper import default_paper
 from trivet.reproduce.run import Reproduction, reproduce
 from trivet.reproduce.verdict import RULES
 
@@ -59,7 +59,7 @@ def page(result: Reproduction) -> str:
 
 def main() -> None:
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else "reproduction")
-    PAGE.write_text(page(reproduce(chosen([]), folder, tell=print)), encoding="utf-8")
+    PAGE.write_text(page(reproduce(default_paper(), folder, tell=print)), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -72,6 +72,7 @@ def _statements(outcome: Outcome) -> dict[str, tuple[Any, ...]]:
         "statement_quantity": _words("statement_number", (one.quantity for one in own), "of what"),
         "statement_holding": _numbers("statement_number", (one.holding for one in own), "1", "settings in which it holds"),
         "statement_settings": _numbers("statement_number", (one.settings for one in own), "1", "settings that tell"),
+        "statement_left_out": _numbers("statement_number", (one.left_out for one in own), "1", "settings that do not tell"),
         "statement_verdict": _words("statement_number", (one.verdict.sentence for one in own), "what is said of it"),
     }
 

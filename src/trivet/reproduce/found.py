@@ -27,6 +27,13 @@ class Asked(NamedTuple):
     """By machine."""
     of: dict[str, str]
     """By machine, where in the machine file it stands; empty where it is computed."""
+    ordered_by: str
+    """Quantity of ours that puts the machines in order; another one where a single sphere, say, is not fair to them."""
+
+    @property
+    def is_input(self) -> bool:
+        """Whether our machine files took it from the paper."""
+        return bool(self.of)
 
 
 class Ours(NamedTuple):

@@ -3,16 +3,32 @@
 from __future__ import annotations
 
 from decimal import Decimal, InvalidOperation
-from functools import cache
+from functools import cache, reduce
 from typing import Any, NamedTuple
 
 from pydantic_core import PydanticCustomError, core_schema
 
-from trivet.errors import InputError, nearest
+from trivet.errors import InputError, shown
 from trivet.model.quantity import Quantity
 
 NONE = "–"
 """What stands in a table of the paper where there is no number."""
+ABOUT = 0.25
+"""What is about a number is no farther from it than this part of it: no nearer than the one digit of "about 2" could tell."""
+
+
+QUANTITIES = (
+    Quantity("length", "m", "mm"),
+    Quantity("angle", "rad", "deg"),
+    Quantity("frequency", "Hz", "Hz"),
+    Quantity("stiffness", "N/m", "N/um"),
+    Quantity("variance of a stiffness", "N^2/m^2", "N^2/um^2"),
+    Quantity("receptance", "m/N", "um/N"),
+    Quantity("pure number", "", ""),
+)
+"""What numbers are of; each has every unit that machine files may use for it."""
+SIGNS = {"deg": "°", "um": "µm", "^2": "²", "^3": "³"}
+"""What people write for what is read."""
 
 
 class Unit(NamedTuple):
@@ -20,32 +36,18 @@ class Unit(NamedTuple):
 
     name: str
     """As it is read."""
-    shown: str
-    """As people write it."""
     quantity: Quantity
+    factor: float
+    """Of the unit in SI."""
 
     @property
-    def factor(self) -> float:
-        """Of the unit in SI."""
-        return self.quantity.parse(f"1 {self.name}") if self.quantity.si else 1.0
+    def shown(self) -> str:
+        """As people write it."""
+        return reduce(lambda text, sign: text.replace(sign, SIGNS[sign]), SIGNS, self.name)
 
     def text(self, value: float | None, digits: int = 4) -> str:
         """A value from SI, to so many digits."""
         return NONE if value is None else f"{value / self.factor:#.{digits}g}".removesuffix(".")
-
-
-UNITS = {
-    name: Unit(name, shown, Quantity(dimension, si, name))
-    for name, shown, dimension, si in (
-        ("mm", "mm", "length", "m"),
-        ("deg", "°", "angle", "rad"),
-        ("Hz", "Hz", "frequency", "Hz"),
-        ("N/um", "N/µm", "stiffness", "N/m"),
-        ("N^2/um^2", "(N/µm)²", "variance of a stiffness", "N^2/m^2"),
-        ("um/N", "µm/N", "receptance", "m/N"),
-        ("", "", "pure number", ""),
-    )
-}
 
 
 class Number(NamedTuple):
@@ -62,6 +64,10 @@ class Number(NamedTuple):
     def rounds_to(self, value: float) -> bool:
         """Whether a value (SI) is this number to all its digits; rounding of the float itself does not count."""
         return abs(value - self.value) <= self.half * (1 + 1e-9)
+
+    def is_about(self, value: float) -> bool:
+        """Whether a value (SI) is about this number."""
+        return abs(value - self.value) <= ABOUT * abs(self.value) * (1 + 1e-9)
 
     def is_above(self, other: Number) -> bool:
         """Whether all that round to it are above those that round to the other; the ends of both may touch."""
@@ -99,10 +105,14 @@ def number(text: Any) -> Number | None:
 
 @cache
 def unit_named(name: str) -> Unit:
-    """A unit; raises InputError for one that is not known."""
-    if name not in UNITS:
-        raise InputError(f"'{name}' is not a unit that is known here{nearest(name, UNITS)}")
-    return UNITS[name]
+    """A unit; raises InputError for one of nothing that numbers are of."""
+    for quantity in QUANTITIES:
+        try:
+            return Unit(name, quantity, quantity.parse(f"1 {name}"))
+        except PydanticCustomError:
+            continue
+    kinds = ", ".join(f"{quantity.dimension} ({quantity.written})" for quantity in QUANTITIES if quantity.si)
+    raise InputError(f"{shown(name)} is not a unit of any of these: {kinds}")
 
 
 def _error(reason: str) -> PydanticCustomError:

@@ -25,6 +25,8 @@ class Ordering(NamedTuple):
     """Pairs in the paper's order."""
     pairs: int
     """Pairs that its digits tell apart."""
+    missing: int
+    """Machines of the paper's that have no number of ours here."""
 
     @property
     def is_reproduced(self) -> bool:
@@ -33,12 +35,12 @@ class Ordering(NamedTuple):
 
 
 def ordering(quantity: str, setting: str, paper: Mapping[str, Number | None], ours: Mapping[str, float]) -> Ordering:
-    """Ours (SI) beside the paper's; a machine without a number of ours counts as out of order."""
+    """Ours (SI) beside the paper's; a pair of which one has no number of ours is not in order."""
     known = {name: number for name, number in paper.items() if number is not None}
     pairs = told_apart(known)
     agreeing = sum(is_above(pair, ours) for pair in pairs)
     theirs = written({name: own.value for name, own in known.items()}, lambda a, b: known[a].is_above(known[b]))
-    return Ordering(quantity, setting, theirs, written(ours), agreeing, len(pairs))
+    return Ordering(quantity, setting, theirs, written(ours), agreeing, len(pairs), sum(name not in ours for name in known))
 
 
 def told_apart(known: Mapping[str, Number]) -> list[Pair]:
@@ -70,26 +72,27 @@ class Moments(NamedTuple):
 
 
 def holds(claim: Claim, values: Mapping[str, float], samples: Mapping[str, Moments] | None = None) -> bool | None:
-    """Whether a claim is true of values (SI) by machine; None where it cannot be told.
+    """Whether a claim is true of values (SI) by machine; None where it cannot be told, as where a machine has no number.
 
     Args:
         claim: what is said.
         values: by machine, those which have one.
         samples: by machine, for a claim of significance.
     """
-    if claim.at_least is not None:
-        least, names = claim.at_least.value, claim.machines or tuple(values)
-        return all(name in values and values[name] >= least for name in names) if names else None
-    pairs = claim.pairs
-    known = [pair for pair in pairs if pair.above in values and pair.below in values]
-    if not pairs or not known:
+    names = claim.named or tuple(values)
+    if not names or any(name not in values for name in names):
         return None
-    if claim.significance is not None:
-        worst = greatest_p(known, samples) if samples else None
-        if worst is None:
-            return None
-        return all(is_above(pair, values) for pair in pairs) and worst < claim.significance
-    return all(is_above(pair, values) for pair in pairs)
+    if claim.at_least is not None:
+        return all(values[name] >= claim.at_least.value for name in names)
+    if claim.about is not None:
+        return all(claim.about.is_about(values[name]) for name in names)
+    if not claim.pairs:
+        return None
+    is_ordered = all(is_above(pair, values) for pair in claim.pairs)
+    if claim.significance is None:
+        return is_ordered
+    worst = greatest_p(claim.pairs, samples) if samples else None
+    return None if worst is None else is_ordered and worst < claim.significance
 
 
 def greatest_p(pairs: list[Pair], samples: Mapping[str, Moments]) -> float | None:

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-from trivet.reproduce.found import Found, Ours
+from trivet.reproduce.found import Asked, Found, Ours
 from trivet.reproduce.numbers import Number, Unit, unit_named
 from trivet.reproduce.ordering import Moments, Ordering, greatest_p, holds, ordering, written
 from trivet.reproduce.paper import Claim, Item
-from trivet.reproduce.verdict import Verdict, deviation, of_statement, verdict_of
+from trivet.reproduce.verdict import AS_PUT_IN, Verdict, deviation, of_input, of_statement, verdict_of
 
 POINTS = "points"
 MEAN, VARIANCE = "mean ", "variance "
@@ -23,6 +23,7 @@ class Row(NamedTuple):
     quantity: str
     machine: str
     unit: Unit
+    """The paper's, where it tells of the quantity."""
     paper: Number | None
     ours: float | None
     setting: str
@@ -51,6 +52,8 @@ class Statement(NamedTuple):
     """Settings in which it holds."""
     settings: int
     """Settings in which it can be told."""
+    left_out: int
+    """Settings in which it cannot, since a machine has no number there."""
     in_paper: bool | None
     """Whether the paper's own numbers bear it out; None where it has none."""
     verdict: Verdict
@@ -80,17 +83,18 @@ class Outcome:
         }
 
     def paper(self, quantity: str) -> Mapping[str, Number | None]:
-        """The paper's numbers by machine; empty where it has none."""
-        return next((asked.paper for asked in self.item.asked if asked.quantity == quantity), {})
+        """The paper's numbers by machine, for a quantity that puts them in order; empty where it has none."""
+        return next((asked.paper for asked in self.item.asked if asked.ordered_by == quantity), {})
 
     @cached_property
     def orderings(self) -> tuple[Ordering, ...]:
-        """Orders of the machines, by quantity that the paper tells of two or more, and setting."""
+        """Orders of the machines, by quantity that the paper tells of two or more, and setting; inputs have none."""
         return tuple(
-            ordering(quantity, setting, self.paper(quantity), self.values(quantity, setting))
-            for quantity, settings in self.settings.items()
-            if sum(number is not None for number in self.paper(quantity).values()) > 1
-            for setting in settings
+            ordering(quantity, setting, asked.paper, self.values(quantity, setting))
+            for asked in self.item.asked
+            if not asked.is_input and sum(number is not None for number in asked.paper.values()) > 1
+            for quantity in (asked.ordered_by,)
+            for setting in self.settings.get(quantity, [])
         )
 
     @cached_property
@@ -101,17 +105,26 @@ class Outcome:
         return tuple(self._row(own) for own in sorted(first, key=lambda own: order.index(own.quantity)))
 
     def _row(self, own: Ours) -> Row:
-        paper = self.paper(own.quantity).get(own.machine)
+        asked = next((one for one in self.item.asked if one.quantity == own.quantity), None)
+        paper = asked and asked.paper.get(own.machine)
         every = [
             other.value
             for other in self.found.ours
             if (other.quantity, other.machine) == (own.quantity, own.machine) and other.value is not None
         ]
         is_varied = len(self.settings[own.quantity]) > 1 and bool(every)
-        keeps = any(o.is_reproduced for o in self.orderings if (o.quantity, o.setting) == (own.quantity, own.setting))
-        verdict = verdict_of(paper, own.value, keeps, self.item.reason(own.quantity, own.machine))
+        verdict = self._verdict(asked, own, paper)
         least, greatest = (min(every), max(every)) if is_varied else (None, None)
-        return Row(own.quantity, own.machine, unit_named(own.unit), paper, own.value, own.setting, least, greatest, verdict)
+        printed = (number.unit for number in (asked.paper.values() if asked else ()) if number is not None)
+        unit = next(printed, None) or unit_named(own.unit)
+        return Row(own.quantity, own.machine, unit, paper, own.value, own.setting, least, greatest, verdict)
+
+    def _verdict(self, asked: Asked | None, own: Ours, paper: Number | None) -> Verdict:
+        reason = self.item.reason(own.quantity, own.machine)
+        if asked is not None and asked.is_input:
+            return of_input(paper, own.value, reason)
+        first = next((o for o in self.orderings if asked is not None and o.quantity == asked.ordered_by), None)
+        return verdict_of(paper, own.value, first is not None and first.is_reproduced, reason)
 
     @cached_property
     def statements(self) -> tuple[Statement, ...]:
@@ -121,22 +134,24 @@ class Outcome:
     def _statement(self, claim: Claim, quantity: str) -> Statement:
         settings = self.settings.get(quantity, [])
         told = [holds(claim, self.values(quantity, s), self._samples(quantity, s)) for s in settings]
-        known = {name: number.value for name, number in self.paper(quantity).items() if number is not None}
+        known = {name: own.value for name, own in self.paper(quantity).items() if own is not None}
         in_paper = holds(claim, known, self._paper_samples(quantity)) if known else None
-        expected = f"at least {claim.at_least.text} {claim.at_least.unit.shown}" if claim.at_least else claim.order
+        number, how = claim.number, "at least" if claim.at_least else "about"
+        expected = claim.order if number is None else f"{how} {number.text} {number.unit.shown}"
         ours = self._ours_in_words(claim, quantity, settings[0]) if settings else ""
         reason = claim.reason or self.item.reason(quantity, "")
         verdict = of_statement(told[0] if told else None, in_paper, bool(claim.order), reason)
         judged = [one for one in told if one is not None]
-        return Statement(claim.text, quantity, expected, ours, sum(judged), len(judged), in_paper, verdict)
+        counts = sum(judged), len(judged), len(told) - len(judged)
+        return Statement(claim.text, quantity, expected, ours, *counts, in_paper, verdict)
 
     def _ours_in_words(self, claim: Claim, quantity: str, setting: str) -> str:
         values = self.values(quantity, setting)
-        if claim.at_least is None:
-            order = written({name: value for name, value in values.items() if name in {n for p in claim.pairs for n in p}})
+        if claim.number is None:
+            order = written({name: value for name, value in values.items() if name in claim.named})
             p = greatest_p(claim.pairs, self._samples(quantity, setting)) if claim.significance is not None else None
             return order if p is None else f"{order}; greatest p {p:.1g}"
-        unit, names = claim.at_least.unit, claim.machines or tuple(values)
+        unit, names = claim.number.unit, claim.named or tuple(values)
         return ", ".join(f"{name} {unit.text(values.get(name))} {unit.shown}" for name in names)
 
     def _samples(self, quantity: str, setting: str) -> dict[str, Moments]:
@@ -163,9 +178,10 @@ class Outcome:
     @property
     def summary(self) -> str:
         """How much of it comes out, in a line."""
-        numbers = [row.verdict.kind for row in self.rows if row.paper is not None]
+        inputs = [row.verdict.words for row in self.rows if row.verdict.kind == "input"]
+        numbers = [row.verdict.kind for row in self.rows if row.paper is not None and row.verdict.kind != "input"]
         first = [o for o in self.orderings if o.setting == self.settings[o.quantity][0] and o.pairs]
-        parts = []
+        parts = [f"{inputs.count(AS_PUT_IN)} of {len(inputs)} inputs as put in"] if inputs else []
         if numbers:
             parts.append(f"{numbers.count('reproduced')} of {len(numbers)} numbers reproduced")
         if first:
@@ -173,7 +189,7 @@ class Outcome:
         judged = [s for s in self.statements if s.settings]
         if judged:
             held = sum(s.verdict.kind != "not reproducible" for s in judged)
-            parts.append(f"{held} of {len(judged)} statements hold")
+            parts.append(f"{held} of {len(judged)} statements hold" if len(judged) > 1 else f"{held} of 1 statement holds")
         unknown = len(self.statements) - len(judged)
         if unknown:
             parts.append(f"{unknown} statement{'' if unknown == 1 else 's'} cannot be looked at")

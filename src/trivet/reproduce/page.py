@@ -13,7 +13,6 @@ from trivet.report.telling import repeat
 from trivet.reproduce.charts import plots
 from trivet.reproduce.numbers import NONE
 from trivet.reproduce.outcome import Outcome, Row
-from trivet.reproduce.paper import paper
 from trivet.reproduce.run import Reproduction
 from trivet.reproduce.verdict import RULES
 from trivet.study.machines import choose
@@ -28,7 +27,7 @@ LEAD = (
 def document(result: Reproduction, command: str) -> Document:
     """What a report says; `command` made it."""
     sections = (
-        Section("Overview", (Words(paper().citation), overview(result))),
+        Section("Overview", (Words(result.paper.citation), overview(result))),
         Section("What the verdicts mean", tuple(Words(rule) for rule in RULES)),
         *(item_section(outcome) for outcome in result.outcomes),
     )
@@ -90,7 +89,7 @@ def _statements(outcome: Outcome) -> list[Block]:
     for one in outcome.statements:
         mark = f" ({reasons[one.verdict.reason]})" if one.verdict.reason else ""
         own = {True: "yes", False: "no", None: NONE}[one.in_paper]
-        count = f"{one.holding} of {one.settings}" if one.settings else NONE
+        count = _count(one.holding, one.settings, one.left_out)
         rows.append((one.text, one.quantity, one.ours, one.verdict.words + mark, count, own))
     heads = ("the paper says", "of", "ours", "verdict", "settings in which it holds", "in its own table")
     return [Table("Statements", heads, tuple(rows)), *_reasons(reasons)]
@@ -99,14 +98,20 @@ def _statements(outcome: Outcome) -> list[Block]:
 def _orderings(outcome: Outcome) -> list[Block]:
     """Orders by quantity: in the first setting, and in how many of all."""
     rows = []
-    for quantity, settings in outcome.settings.items():
+    for quantity in outcome.settings:
         own = [o for o in outcome.orderings if o.quantity == quantity and o.pairs]
         if own:
-            first = own[0]
-            count = f"{sum(o.is_reproduced for o in own)} of {len(settings)}"
+            first, whole = own[0], [o for o in own if not o.missing]
+            count = _count(sum(o.is_reproduced for o in whole), len(whole), len(own) - len(whole))
             rows.append((quantity, first.paper, first.ours, f"{first.agreeing} of {first.pairs}", count))
     heads = ("", "paper", "ours", "pairs in order", "settings with all in order")
     return [Table("Orderings, the greatest first", heads, tuple(rows))] if rows else []
+
+
+def _count(holding: int, settings: int, left_out: int) -> str:
+    """In how many settings something holds, and how many say nothing."""
+    told = f"{holding} of {settings}" if settings else ""
+    return ", ".join(part for part in (told, f"{left_out} left out" if left_out else "") if part) or NONE
 
 
 def letters(reasons: Iterable[str]) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib import resources
@@ -40,6 +41,8 @@ class Values:
     """In the order of the machines."""
     of: tuple[str, ...] = ()
     """In the order of the machines: where in the machine file it stands; see `kinds.dimensions`."""
+    ordered_by: str = ""
+    """Quantity of ours that puts the machines in order; this one when not given."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,8 @@ class Claim:
     """"a > b, c": the greater first; every machine of one group is above every one of the next."""
     at_least: Number | None = None
     """What machines are said to reach."""
+    about: Number | None = None
+    """About what they are said to be."""
     machines: tuple[str, ...] = ()
     """Which are said to; all that have a number when none is named."""
     significance: Annotated[float, Field(gt=0, lt=1)] | None = None
@@ -67,6 +72,16 @@ class Claim:
         """Every two machines of which it tells the order."""
         groups = [[name.strip() for name in group.split(",")] for group in self.order.split(">")] if self.order else []
         return [Pair(a, b) for one, other in pairwise(groups) for a in one for b in other]
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """The machines that it is about; none where it is about all that have a number."""
+        return tuple(dict.fromkeys(name for pair in self.pairs for name in pair)) or self.machines
+
+    @property
+    def number(self) -> Number | None:
+        """What it sets machines beside, where that is no other machine."""
+        return self.at_least or self.about
 
 
 @dataclass(frozen=True)
@@ -119,6 +134,7 @@ class Item:
                 own.quantity,
                 dict(zip(self.machines, own.paper, strict=True)),
                 dict(zip(self.machines, own.of, strict=True)) if own.of else {},
+                own.ordered_by or own.quantity,
             )
             for own in self.values
         )
@@ -137,10 +153,22 @@ class Paper:
     citation: str
     items: tuple[Item, ...]
 
+    def chosen(self, names: Collection[str]) -> tuple[Item, ...]:
+        """Items by name, in the order of the paper; all when none is named.
+
+        Raises:
+            InputError: for a name that is none of them.
+        """
+        known = {item.name: item for item in self.items}
+        for name in names:
+            if name not in known:
+                raise InputError(f"--only {name}: is no table or figure of the paper{nearest(name, known)}")
+        return tuple(item for name, item in known.items() if not names or name in names)
+
 
 @cache
-def paper() -> Paper:
-    """The file that comes with trivet."""
+def default_paper() -> Paper:
+    """The paper from which the project started; nothing else names its file."""
     return read_paper(resources.files("trivet.reproduce").joinpath(FILE).read_bytes(), FILE)
 
 
@@ -177,16 +205,3 @@ def _whole(item: Item, items: tuple[Item, ...]) -> Item:
         if name not in item.machines:
             raise InputError(f"{item.name}: a claim names {name}{nearest(name, item.machines)}")
     return item
-
-
-def chosen(names: list[str]) -> tuple[Item, ...]:
-    """Items by name, in the order of the paper; all when none is named.
-
-    Raises:
-        InputError: for a name that is none of them.
-    """
-    known = {item.name: item for item in paper().items}
-    for name in names:
-        if name not in known:
-            raise InputError(f"--only {name}: is no table or figure of the paper{nearest(name, known)}")
-    return tuple(item for name, item in known.items() if not names or name in names)

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from trivet.errors import InputError
 from trivet.files import replacing
+from trivet.reproduce.fitting import misfit
 from trivet.reproduce.found import Found, adapter
 from trivet.reproduce.paper import Item
 
@@ -77,8 +78,11 @@ def kept(folder: Path, item: Item) -> Kept:
         text, own = document["found"], document["inputs"]
         if document["hash"] != _hash(text):
             return Kept(None, "is damaged")
-        changed = _changed(own, inputs(item))
-        return Kept(None, f"is of another {changed}") if changed else Kept(adapter().validate_json(text), "")
+        if changed := _changed(own, inputs(item)):
+            return Kept(None, f"is of another {changed}")
+        found = adapter().validate_json(text)
+        reason = misfit(item, found)
+        return Kept(None, reason) if reason else Kept(found, "")
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):  # ValidationError is a ValueError
         return Kept(None, "is damaged")
     except OSError as error:

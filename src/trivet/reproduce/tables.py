@@ -13,9 +13,10 @@ VALUES = (
     "item", "quantity", "machine", "unit", "paper", "ours", "deviation_percent", "setting", "least", "greatest", "verdict",
     "words", "reason",
 )  # fmt: skip
-ORDERINGS = ("item", "quantity", "setting", "paper", "ours", "pairs_in_order", "pairs")
+ORDERINGS = ("item", "quantity", "setting", "paper", "ours", "pairs_in_order", "pairs", "machines_without_a_number")
 STATEMENTS = (
-    "item", "statement", "quantity", "expected", "ours", "settings_in_which_it_holds", "settings", "in_the_papers_own_table",
+    "item", "statement", "quantity", "expected", "ours", "settings_in_which_it_holds", "settings", "settings_left_out",
+    "in_the_papers_own_table",
     "words", "reason",
 )  # fmt: skip
 

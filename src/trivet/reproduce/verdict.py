@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
-from trivet.reproduce.numbers import Number
+from trivet.reproduce.numbers import ABOUT, Number
 
 BANDS = (0.01, 0.02, 0.05)
 """Deviations up to which a number is reproduced; the least that holds it is told."""
@@ -16,13 +16,18 @@ RULES = (
     "Where the number is not reproduced, and every two machines that the paper's digits tell apart stand in the same order for "
     "this quantity, the ordering is reproduced.",
     "Else it is not reproducible, and the reason is told. The reasons are our judgement.",
-    "What the paper says in words holds, or does not, in the setting that is told first; in how many of the other settings it "
-    "holds is told beside it, and whether the paper's own table bears it out.",
+    "A number that our machine files took from the paper is an input. It is as put in, or it is not; that says nothing of the "
+    "paper, and no input is counted among the numbers that are reproduced.",
+    "What the paper says in words holds, or does not, in the setting that is told first. Beside it is told in how many of all "
+    "settings it holds, and whether the paper's own table bears it out.",
+    f"What is about a number deviates from it by no more than {100 * ABOUT:g} %.",
+    "A setting in which one of the machines has no number says nothing of an order, or of a statement, about them. It is left "
+    "out, and how many are is told.",
     "Least and greatest go over what the paper leaves open. That its number lies between them confirms nothing.",
 )
 """For who reads a report."""
 
-Kind = Literal["reproduced", "ordering", "not reproducible", "no number"]
+Kind = Literal["reproduced", "ordering", "not reproducible", "no number", "input"]
 
 
 class Verdict(NamedTuple):
@@ -39,6 +44,7 @@ class Verdict(NamedTuple):
         return f"{self.words}, because {self.reason}" if self.reason else self.words
 
 
+AS_PUT_IN = "as put in"
 NO_NUMBER = Verdict("no number", "no number in the paper's text")
 
 
@@ -63,6 +69,21 @@ def verdict_of(paper: Number | None, ours: float | None, keeps_order: bool, reas
         if keeps_order:
             return Verdict("ordering", "ordering reproduced", reason)
     return Verdict("not reproducible", "not reproducible", reason)
+
+
+def of_input(paper: Number | None, ours: float | None, reason: str) -> Verdict:
+    """Of a number of the paper that a machine file holds.
+
+    Args:
+        paper: the paper's.
+        ours: what the machine file holds, SI; None where it holds none.
+        reason: why it may hold another, or none.
+    """
+    if paper is None:
+        return NO_NUMBER
+    if ours is not None and paper.rounds_to(ours):
+        return Verdict("input", AS_PUT_IN)
+    return Verdict("input", "not put in" if ours is None else "put in otherwise", reason)
 
 
 def of_statement(holds: bool | None, in_paper: bool | None, is_order: bool, reason: str) -> Verdict:

@@ -60,15 +60,16 @@ def _item(outcome: Outcome) -> dict[str, Any]:
         "orderings": [
             {
                 "quantity": o.quantity, "setting": o.setting, "paper": o.paper, "ours": o.ours, "pairs_in_order": o.agreeing,
-                "pairs": o.pairs,
+                "pairs": o.pairs, "machines_without_a_number": o.missing,
             }
             for o in outcome.orderings
         ],
         "statements": [
             {
                 "text": one.text, "quantity": one.quantity, "expected": one.expected, "ours": one.ours,
-                "settings_in_which_it_holds": one.holding, "settings": one.settings, "in_the_papers_own_table": one.in_paper,
-                "verdict": one.verdict.kind, "words": one.verdict.words, "reason": one.verdict.reason,
+                "settings_in_which_it_holds": one.holding, "settings": one.settings, "settings_left_out": one.left_out,
+                "in_the_papers_own_table": one.in_paper, "verdict": one.verdict.kind, "words": one.verdict.words,
+                "reason": one.verdict.reason,
             }
             for one in outcome.statements
         ],

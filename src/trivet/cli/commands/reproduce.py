@@ -37,18 +37,22 @@ def run(
     from trivet.report.printing import find_browser
     from trivet.reproduce import view
     from trivet.reproduce.files import write_all
-    from trivet.reproduce.paper import chosen
+    from trivet.reproduce.paper import default_paper
     from trivet.reproduce.run import reproduce
 
-    items = chosen(only or [])
+    def tell(words: str) -> None:
+        print(words, file=sys.stderr)
+
+    names = only or []
     if pdf:
         find_browser()
     with output.progress(as_json, "") as advance:
-        result = reproduce(items, Path(folder), advance=advance, tell=lambda words: print(words, file=sys.stderr))
-        written = write_all(result, Path(folder), shlex.join(["trivet", *sys.argv[1:]]), pdf=pdf)
+        result = reproduce(default_paper(), Path(folder), names, advance=advance, tell=tell)
+        written = write_all(result, Path(folder), shlex.join(["trivet", *sys.argv[1:]]), pdf=pdf, tell=tell)
+    asked = result.only(names)
     for path in written:
         output.wrote(str(path))
     if as_json:
-        output.print_json(view.as_json(result))
+        output.print_json(view.as_json(asked))
     else:
-        output.print_parts(view.tables(result))
+        output.print_parts(view.tables(asked))

@@ -1,24 +1,41 @@
-"""Published tilts without neutral axis, height or radius: which sphere comes nearest (paper Table 3, last row)."""
+"""Published tilts without neutral axis, height or radius: which sphere comes nearest, and which leans most (paper Table 3)."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache, partial
 from itertools import product
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field
 
 from trivet.model.quantity import Length, PositiveLength
 from trivet.model.section import STRICT
 from trivet.reach.neutral import Reference
-from trivet.reproduce.found import Asked, Found, Ours, Progress
-from trivet.reproduce.kinds.tilt import ALL, Sphere, greatest
+from trivet.reproduce.found import Asked, Found, Progress
+from trivet.reproduce.kinds.leaning import ALL, MOST, Lean, Leaning, Sphere, best_sphere, rows_of
 from trivet.reproduce.numbers import Number
+
+WAYS = {"tilt": "nearest sphere", "greatest tilt": "sphere of the greatest tilt"}
+"""What is told, and on which sphere; "tilt" is the one that comes nearest to the published one."""
+
+
+class Best(NamedTuple):
+    """One machine with one neutral axis."""
+
+    leans: dict[str, Lean | None]
+    """By what is told, one of WAYS; None where no sphere is reached, or nothing published."""
+    poles: set[Sphere]
+    """Spheres of the grid whose pole is reached."""
 
 
 @dataclass(frozen=True)
 class NearestTilt:
-    """Per machine and neutral axis the tilt, over all spheres of a grid, that is nearest to the published one."""
+    """Per machine and neutral axis two spheres: the tilt of one is nearest to the published one, that of the other greatest.
+
+    Both are sought over a grid of heights and radii, and then about its best.
+    """
 
     __pydantic_config__ = STRICT
 
@@ -33,35 +50,39 @@ class NearestTilt:
     """Of the tilt, degrees; it is refined between."""
 
     def found(self, machines: tuple[str, ...], asked: tuple[Asked, ...], progress: Progress) -> Found:
-        """The nearest tilts, and how many spheres all machines reach."""
+        """Nearest and greatest tilts, what of them is reached without a singularity, how many spheres all machines reach."""
         from trivet.study.machines import choose
 
-        axes = list(dict.fromkeys((self.neutral, *ALL)))
-        spheres = [Sphere(*case) for case in product(axes, self.heights, self.radii)]
-        tilts: dict[str, dict[Sphere, float]] = {}
-        for number, name in enumerate(machines):
-            machine, tilts[name] = choose(name), {}
-            for done, sphere in enumerate(spheres, 1):
-                value = greatest(machine, sphere, self.bodies, self.step)
-                if value is not None:
-                    tilts[name][sphere] = value
-                progress(number * len(spheres) + done, len(machines) * len(spheres))
         (paper,) = (one.paper for one in asked if one.quantity == "tilt")
-        best = {(name, axis): _nearest(tilts[name], axis, paper[name]) for axis in axes for name in machines}
+        chosen = {name: choose(name) for name in machines}
+        axes: list[Reference] = list(dict.fromkeys((self.neutral, *ALL)))
+        best: dict[tuple[Reference, str], Best] = {}
+        for axis, name in product(axes, machines):
+            best[axis, name] = self._best(Leaning(chosen[name], axis, self.bodies, self.step), paper[name])
+            progress(len(best), len(axes) * len(machines))
         rows = [
-            Ours("tilt", name, f"{axis}, nearest sphere", None if sphere is None else tilts[name][sphere], "deg")
-            for (name, axis), sphere in best.items()
+            row
+            for told, where in WAYS.items()
+            for (axis, name), own in best.items()
+            for row in rows_of(told, name, f"{axis}, {where}", own.leans[told])
         ]
-        notes = [
-            f"{name} comes nearest at {'; '.join(str(near) for (own, _), near in best.items() if own == name and near)}."
-            for name in machines
-        ]
-        everywhere = sum(all(sphere in own for own in tilts.values()) for sphere in spheres)
-        cases = f"Of {len(spheres)} spheres and axes {everywhere} are"
-        return Found(tuple(rows), notes=(*notes, f"{cases} reached at their pole by all {len(machines)} machines."))
+        notes = [lean.words(name) for told in WAYS for (_, name), own in best.items() if (lean := own.leans[told])]
+        together = sum(len(set.intersection(*(best[axis, name].poles for name in machines))) for axis in axes)
+        cases = len(axes) * len(self.heights) * len(self.radii)
+        last = f"Of {cases} spheres and axes of the grid {together} are reached at their pole by all {len(machines)} machines."
+        return Found(tuple(rows), notes=(*dict.fromkeys(notes), last))
+
+    def _best(self, leaning: Leaning, wanted: Number | None) -> Best:
+        tilt = cache(leaning.tilt)
+        misses: dict[str, Callable[[float], float]] = {"greatest tilt": lambda value: MOST - value}
+        if wanted is not None:
+            misses["tilt"] = partial(_apart, wanted.value)
+        grid = leaning.neutral, self.heights, self.radii
+        spheres = {told: best_sphere(tilt, miss, *grid) for told, miss in misses.items()}
+        leans = {told: None if (sphere := spheres.get(told)) is None else leaning.lean(sphere) for told in WAYS}
+        every = (Sphere(leaning.neutral, *case) for case in product(self.heights, self.radii))
+        return Best(leans, {sphere for sphere in every if tilt(sphere) is not None})
 
 
-def _nearest(tilts: dict[Sphere, float], axis: Reference, wanted: Number | None) -> Sphere | None:
-    """The sphere whose tilt is nearest to a published one; None where none is reached, or nothing published."""
-    own = [sphere for sphere in tilts if sphere.neutral == axis]
-    return min(own, key=lambda sphere: abs(tilts[sphere] - wanted.value)) if own and wanted is not None else None
+def _apart(wanted: float, value: float) -> float:
+    return abs(value - wanted)

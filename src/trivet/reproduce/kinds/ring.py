@@ -8,20 +8,21 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from trivet.model.quantity import AngleValue, Length
+from trivet.model.quantity import AngleValue, Length, PositiveLength
 from trivet.model.section import STRICT
 from trivet.reproduce.found import Asked, Chart, Found, Ours, Progress, Series, rounded
 
 if TYPE_CHECKING:
     from trivet.study.singularity_map import SingularityMap
 
+RADII = ("mean radius", "least radius", "greatest radius")
 SHOWN = "1/det J^-1"
 """What Fig 4 shows."""
 
 
 @dataclass(frozen=True)
 class Ring:
-    """Where det J_x vanishes: distances from the axis, "least radius" and "greatest radius"."""
+    """Where det J_x vanishes: distances from the axis, "mean radius" along the curve, "least radius" and "greatest radius"."""
 
     __pydantic_config__ = STRICT
 
@@ -34,6 +35,8 @@ class Ring:
     """Policy for the roll at these heights."""
     wider: dict[str, Any] | None = None
     """Settings of the machine at these heights, since its travel may not reach all of the hemisphere there."""
+    circle: PositiveLength | None = None
+    """Radius of a circle that is drawn beside the ring: what the paper says."""
 
     def found(self, machines: tuple[str, ...], asked: tuple[Asked, ...], progress: Progress) -> Found:
         """The ring for every policy and height, and the Jacobian over the distance from the axis."""
@@ -50,24 +53,34 @@ class Ring:
                 rows += _rows(name, setting, result)
                 rings += _rings(setting, result)
                 charts += [_over_distance(result)] if roll == self.rolls[0] else []
-                progress(len(rows) // 2, total)
+                progress(len(rows) // len(RADII), total)
             wide = choose(name, self.wider)
             for height in self.heights:
                 result = singularity_map(wide, surface_of(wide, height=height), roll=self.varied_roll)
                 rows += _rows(name, f"z0 {1e3 * height:g} mm, roll {self.varied_roll}", result)
-                progress(len(rows) // 2, total)
-        ring = Chart("Type 2 singularities, seen from above", "", "x, mm", "y, mm", rings + _circles(asked), is_square=True)
+                progress(len(rows) // len(RADII), total)
+        ring = Chart("Type 2 singularities, seen from above", "", "x, mm", "y, mm", rings + self._circle(), is_square=True)
         return Found(tuple(rows), (*charts, ring))
+
+    def _circle(self) -> list[Series]:
+        """The paper's radius all round."""
+        if self.circle is None:
+            return []
+        turn, radius = np.linspace(0, 2 * np.pi, 91), 1e3 * self.circle
+        name = f"the paper's radius, about {radius:g} mm"
+        return [Series(name, rounded(radius * np.cos(turn)), rounded(radius * np.sin(turn)), "dashed")]
 
 
 def _rows(name: str, setting: str, result: SingularityMap) -> list[Ours]:
     """The ring's distance from the axis; nothing where there is no curve."""
-    away = [_distance(curve.surface.position) for curve in result.curves]
-    ends = (min(a.min() for a in away), max(a.max() for a in away)) if away else (None, None)
-    return [
-        Ours(f"{which} radius", name, setting, None if value is None else float(value), "mm")
-        for which, value in zip(("least", "greatest"), ends, strict=True)
-    ]
+    values: tuple[float | None, ...] = (None,) * len(RADII)
+    if result.curves:
+        away = [_distance(curve.surface.position) for curve in result.curves]
+        steps = [np.linalg.norm(np.diff(curve.surface.position, axis=0), axis=1) for curve in result.curves]
+        middles = np.concatenate([(a[:-1] + a[1:]) / 2 for a in away])
+        every = np.concatenate(away)
+        values = float(np.average(middles, weights=np.concatenate(steps))), float(every.min()), float(every.max())
+    return [Ours(which, name, setting, value, "mm") for which, value in zip(RADII, values, strict=True)]
 
 
 def _rings(label: str, result: SingularityMap) -> list[Series]:
@@ -89,16 +102,6 @@ def _over_distance(result: SingularityMap) -> Chart:
     return Chart(
         f"|{SHOWN}| over the distance from the axis", "", "distance from the axis, mm", f"|{SHOWN}|{unit}", series, "y"
     )
-
-
-def _circles(asked: tuple[Asked, ...]) -> list[Series]:
-    """Circles of the radii that the paper tells."""
-    turn = np.linspace(0, 2 * np.pi, 91)
-    radii = {1e3 * n.value for one in asked for n in one.paper.values() if n is not None and one.quantity.endswith("radius")}
-    return [
-        Series(f"the paper's radius, {radius:g} mm", rounded(radius * np.cos(turn)), rounded(radius * np.sin(turn)), "dashed")
-        for radius in sorted(radii)
-    ]
 
 
 def _distance(position: Any) -> Any:

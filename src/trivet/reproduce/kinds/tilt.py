@@ -5,35 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, get_args
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from trivet.model.quantity import Length, PositiveLength
 from trivet.model.section import STRICT
 from trivet.reach.neutral import Reference
-from trivet.reproduce.found import Asked, Chart, Found, Ours, Progress, Series
-
-if TYPE_CHECKING:
-    from trivet.model import Machine
-
-AZIMUTHS = 3
-"""A machine on a circular guide is the same seen from anywhere; three is the least that the study takes."""
-ALL: tuple[Reference, ...] = get_args(Reference)[1:]
-"""Neutral axes that machine files leave open."""
-
-
-class Sphere(NamedTuple):
-    """A sphere that the platform touches, and from where the cones of the ball joints are counted."""
-
-    neutral: Reference
-    height: float
-    """Of its centre, m."""
-    radius: float
-    """m"""
-
-    def __str__(self) -> str:
-        return f"{self.neutral}, z0 {1e3 * self.height:g} mm, radius {1e3 * self.radius:g} mm"
+from trivet.reproduce.found import Asked, Chart, Found, Progress, Series
+from trivet.reproduce.kinds.leaning import ALL, Lean, Leaning, Sphere, rows_of
 
 
 @dataclass(frozen=True)
@@ -66,28 +46,27 @@ class Tilt:
         varied = [Sphere(n, h, self.radius) for n, h in product(ALL, self.heights)]
         curve = [Sphere(self.neutral, self.height, radius) for radius in self.radii]
         spheres = dict.fromkeys([own, *varied, *curve])
-        tilts: dict[tuple[str, Sphere], float | None] = {}
+        leans: dict[tuple[str, Sphere], Lean | None] = {}
         for name in machines:
             machine = choose(name)
+            leaning = {axis: Leaning(machine, axis, self.bodies, self.step) for axis in (self.neutral, *ALL)}
             for sphere in spheres:
-                tilts[name, sphere] = greatest(machine, sphere, self.bodies, self.step)
-                progress(len(tilts), len(machines) * len(spheres))
-        rows = [
-            Ours("tilt", name, str(sphere), tilts[name, sphere], "deg")
-            for sphere in dict.fromkeys([own, *varied])
-            for name in machines
-        ]
-        return Found(tuple(rows), tuple(self._charts(machines, curve, varied, tilts)))
+                leans[name, sphere] = leaning[sphere.neutral].lean(sphere)
+                progress(len(leans), len(machines) * len(spheres))
+        told = product(dict.fromkeys([own, *varied]), machines)
+        rows = [row for sphere, name in told for row in rows_of("tilt", name, str(sphere), leans[name, sphere])]
+        notes = tuple(lean.words(name) for name in machines if (lean := leans[name, own]))
+        return Found(tuple(rows), tuple(self._charts(machines, curve, varied, leans)), notes)
 
     def _charts(
         self,
         machines: tuple[str, ...],
         curve: list[Sphere],
         varied: list[Sphere],
-        tilts: dict[tuple[str, Sphere], float | None],
+        leans: dict[tuple[str, Sphere], Lean | None],
     ) -> list[Chart]:
         def line(label: str, name: str, spheres: list[Sphere], along: Literal["height", "radius"]) -> Series:
-            degrees = [None if (t := tilts[name, s]) is None else round(math.degrees(t), 3) for s in spheres]
+            degrees = [None if (lean := leans[name, s]) is None else round(math.degrees(lean.tilt), 3) for s in spheres]
             return Series(label, [1e3 * float(getattr(s, along)) for s in spheres], degrees)
 
         title = f"neutral axis {self.neutral}, z0 = {1e3 * self.height:g} mm"
@@ -98,16 +77,3 @@ class Tilt:
             panel = name.partition("@")[2] or name
             charts.append(Chart(f"radius {1e3 * self.radius:g} mm, neutral axis by axis", panel, "z0, mm", "tilt, °", series))
         return charts
-
-
-def greatest(machine: Machine, sphere: Sphere, bodies: bool, step: float) -> float | None:
-    """The tilt (rad) that is reached at every azimuth; None where the machine reaches no pose, or not the pole."""
-    from trivet.errors import NoResultError
-    from trivet.study.tilt import tilt
-
-    neutral, height, radius = sphere
-    try:
-        report = tilt(machine, radius, height, neutral=neutral, bodies=bodies, azimuths=AZIMUTHS, step=math.radians(step))
-    except NoResultError:
-        return None
-    return report.tilt if math.isfinite(report.tilt) else None
