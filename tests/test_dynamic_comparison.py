@@ -403,7 +403,9 @@ def test_bad_input_is_refused(machines: tuple[str, ...], options: dict[str, Any]
 
 
 def test_home_as_described_must_be_reached() -> None:
-    with pytest.raises(NoResultError, match="azulay: the pose is not reached"):
+    with pytest.raises(
+        NoResultError, match=r"azulay: home\.position 0 mm, 0 mm, 300 mm: the pose is not reached: .*; with z at \d+ mm it is$"
+    ):
         compare_dynamics(trivet.load("azulay", {"home.position": "0 mm, 0 mm, 300 mm"}))
 
 

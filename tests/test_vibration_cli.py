@@ -245,9 +245,28 @@ def test_compare_as_json_has_both_halves(trivet: Any) -> None:
 
 
 def test_a_missing_dynamic_half_does_not_take_the_static_one_away(trivet: Any) -> None:
-    code, out, _ = trivet(*BOTH[:1], "azulay@home.position=0 mm,0 mm,500 mm", *BOTH[3:])
-    assert (code, "stiffness over the points" in out) == (0, True)
-    assert "No dynamic comparison: azulay@home.position=0 mm,0 mm,500 mm: the pose is not reached" in out
+    code, out, err = trivet(*BOTH[:1], "azulay@home.position=0 mm,0 mm,500 mm", *BOTH[3:])
+    assert (code, "stiffness over the points" in out) == (1, True)
+    told = "azulay@home.position=0 mm,0 mm,500 mm: home.position 0 mm, 0 mm, 500 mm: the pose is not reached"
+    assert f"No dynamic comparison: {told}" in out
+    warning, error = err.splitlines()
+    assert warning.startswith(f"trivet: warning: {told}")
+    assert error.startswith(f"trivet: {told}")
+
+
+def test_a_machine_without_result_does_not_take_the_others_away(trivet: Any) -> None:
+    """One reaches no point of its hemisphere, one does not reach home: each is told of, and the third has both halves."""
+    high, low = "azulay@workpiece.height=400 mm", "alizade@home.position=0 mm,0 mm,400 mm"
+    code, out, err = trivet("compare", "azulay", high, low, *BOTH[3:], "--json", "--figure", "c.png", "--data", "c.nc")
+    found = json.loads(out)
+    assert code == 1
+    assert [own["machine"] for own in found["machines"]] == ["azulay", low]
+    assert [own["machine"] for own in found["dynamics"]["machines"]] == ["azulay", high]
+    assert found["missing"][0].startswith(f"{high}: no point of the hemisphere of 4 mm is reached")
+    assert found["dynamics"]["missing"][0].startswith(f"{low}: home.position 0 mm, 0 mm, 400 mm: ")
+    error = err.splitlines()[-1]
+    assert found["missing"][0] in error
+    assert found["dynamics"]["missing"][0] in error
 
 
 def test_variants_are_listed() -> None:

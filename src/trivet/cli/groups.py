@@ -118,6 +118,14 @@ class At:
         alpha, beta, gamma = (o.quantity(name, text, "angle", "rad") for name, text in angles)
         return o.triple("--position", self.position, "length", "m"), alpha, beta, gamma
 
+    def closing(self, machine: Machine, mode: str | None) -> Frame:
+        """The platform frame for what needs all chains closed: a home at which one cannot is told by its key."""
+        from trivet.study.home import require_home
+
+        if not self.is_given:
+            require_home(machine, mode, within_travel=False)
+        return self.frame(machine)
+
     def frame(self, machine: Machine) -> Frame:
         """The platform frame."""
         from trivet.space.pose import zyz_frame

@@ -7,9 +7,12 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from trivet.model import Machine
 
 
 def check_files(figures: list[str], data: str | None, overwrite: bool) -> None:
@@ -57,6 +60,17 @@ def wrote(path: str) -> None:
 def warn(text: str) -> None:
     """Say what the user should know about what was made."""
     print(f"trivet: warning: {text}", file=sys.stderr)
+
+
+def warn_of_home(machine: Machine, mode: str | None = None) -> None:
+    """Say early that home is not reached, where it is not: whatever stands at home will fail."""
+    from trivet.errors import NoResultError
+    from trivet.study.home import require_home
+
+    try:
+        require_home(machine, mode)
+    except NoResultError as error:
+        warn(str(error))
 
 
 def print_json(value: Any) -> None:

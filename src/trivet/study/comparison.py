@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from trivet.errors import InputError
+from trivet.errors import InputError, NoResultError
 from trivet.study.machines import MachineLike, choose
 from trivet.study.statistics import Moments, WelchTest, every_pair, moments
 from trivet.study.stiffness_map import StiffnessMap, stiffness_map, surface_of
@@ -23,6 +23,11 @@ CAVEATS = (
     "makes any difference significant. Judge by the effect sizes.",
     "K_ii holds all other displacements of the platform; 1/C_ii leaves them free. With free ball joints the first does not see "
     "a singularity, the second does.",
+)
+
+UNLIKE = (
+    "The machines are compared over unlike hemispheres, each over the workpiece of its own file; --radius and --height give "
+    "all of them the same one."
 )
 
 
@@ -68,6 +73,18 @@ class Comparison:
     maps: tuple[StiffnessMap, ...]
     finer: tuple[StiffnessMap, ...]
     """The same over a finer lattice, or empty."""
+    missing: tuple[str, ...] = ()
+    """Machines that reach no point, each with the reason."""
+
+    @property
+    def hemispheres(self) -> list[str]:
+        """Per map the hemisphere over which it is."""
+        return [f"{m.surface.name} at z0 = {float(m.surface.position[:, 2].min()) * 1e3:g} mm" for m in self.maps]
+
+    @property
+    def caveats(self) -> tuple[str, ...]:
+        """What to mind when reading it."""
+        return (*((UNLIKE,) if len(set(self.hemispheres)) > 1 else ()), *CAVEATS)
 
     def samples(self, quantities: Sequence[str] = HELD) -> dict[str, dict[str, Moments]]:
         """Moments by machine and quantity over the points which that machine reaches (SI)."""
@@ -132,7 +149,7 @@ def compare(
 
     Raises:
         InputError: when one name stands for two machines.
-        NoResultError: when a machine reaches no point.
+        NoResultError: when no machine reaches any point; of several those which reach none are `missing`.
     """
     chosen = [choose(m) for m in machines or PAPER_MACHINES]
     names = [m.name for m in chosen]
@@ -155,5 +172,13 @@ def compare(
             progress=lambda points: progress(machine.name, points),
         )
 
-    maps = tuple(over(m, 1) for m in chosen)
-    return Comparison(maps, tuple(over(m, finer) for m in chosen) if finer > 1 else ())
+    maps: list[StiffnessMap] = []
+    missing: list[str] = []
+    for machine in chosen:
+        try:
+            maps.append(over(machine, 1))
+        except NoResultError as error:
+            missing.append(str(error))
+    if not maps:
+        raise NoResultError(missing[0])
+    return Comparison(tuple(maps), tuple(over(m.machine, finer) for m in maps) if finer > 1 else (), tuple(missing))

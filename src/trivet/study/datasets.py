@@ -241,7 +241,7 @@ def _(result: DynamicComparison, path: str | os.PathLike[str], *, overwrite: boo
 def _(result: WholeComparison, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     groups = {m.machine.name: map_dataset(m) for m in result.static.maps}
     for name, dynamic in (dynamic_comparison_datasets(result.dynamic) if result.dynamic is not None else {}).items():
-        groups[name] = groups[name].merge(dynamic, combine_attrs="no_conflicts")
+        groups[name] = groups[name].merge(dynamic, combine_attrs="no_conflicts") if name in groups else dynamic
     write_groups(groups, path, overwrite=overwrite)
 
 

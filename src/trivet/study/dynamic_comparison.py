@@ -183,6 +183,8 @@ class DynamicComparison:
     high: float
     """Range of frequencies, Hz."""
     loss_factor: float
+    missing: tuple[str, ...] = ()
+    """Machines that have no result as described, each with the reason."""
 
     @property
     def names(self) -> list[str]:
@@ -267,7 +269,8 @@ def compare_dynamics(
     Raises:
         InputError: when one name stands for two machines; for an unknown variant, a range that does not rise from above zero,
             or no damping.
-        NoResultError: when a machine does not reach its home pose, or moves freely there; in a variant this is a status.
+        NoResultError: when no machine has a result, since it does not reach its home pose or moves freely there; of several
+            those without are `missing`, and in a variant this is a status.
     """
     chosen = [choose(m) for m in machines or PAPER_MACHINES]
     names = [m.name for m in chosen]
@@ -287,12 +290,14 @@ def compare_dynamics(
         return tuple(_dynamics(m, variant, mode, low, high, loss_factor, progress) for m in chosen)
 
     first = found(described)
-    for own in first:
-        if own.status:
-            raise NoResultError(f"{own.machine}: {own.status}")
+    missing = tuple(f"{own.machine}: {own.status}" for own in first if own.status)
+    chosen = [m for m, own in zip(chosen, first, strict=True) if not own.status]
+    if not chosen:
+        raise NoResultError(missing[0])
+    first = tuple(own for own in first if not own.status)
     varied = [d for v in others if v.name in wanted for d in found(v)]
     poses = tuple(pose(m, mode=mode) for m in chosen)
-    return DynamicComparison(poses, first, (*first, *varied) if sensitivity else (), low, high, loss_factor)
+    return DynamicComparison(poses, first, (*first, *varied) if sensitivity else (), low, high, loss_factor, missing)
 
 
 def _dynamics(
@@ -307,8 +312,9 @@ def _dynamics(
     progress(machine.name, variant.name)
     try:
         x, y, z = machine.home.position
+        place = (x, y, z + variant.raised) if variant.raised else None
         # Changed afterwards, since the kinematics of another machine would be compiled anew.
-        at = dataclasses.replace(pose(machine, (x, y, z + variant.raised), mode=mode), machine=variant.change(machine))
+        at = dataclasses.replace(pose(machine, place, mode=mode), machine=variant.change(machine))
         found = modes(at.machine, at.frame, at.signs, MOST_MODES, ELEMENTS)
         minima = _minima(at, found, low, high, loss_factor * variant.loss, variant.damping)
         natural = exact_frequencies(found.structure, found.mesh_frequency[:FREQUENCIES])

@@ -25,6 +25,7 @@ from trivet.statics.load import LoadResult, load_case, masses
 from trivet.statics.objective import AXES, Objective, objective
 from trivet.statics.stiffness import stiffness
 from trivet.statics.structure import structural_stiffness
+from trivet.study.home import NOT_REACHED, home_words
 from trivet.study.machines import MachineLike, choose, pose_numbers
 
 _NONE = (0.0, 0.0, 0.0)
@@ -197,5 +198,6 @@ def pose(
     state = joint_state_once(chosen, frame, signs)
     miss = shortfall(chosen, state)
     if miss is not None and (not anyway or miss.joint is None):
-        raise NoResultError(f"{chosen.name}: the pose is not reached: {miss.reason}")
+        at_home = all(given is None for given in (position, azimuth, tilt, roll))
+        raise NoResultError(home_words(chosen, miss, signs) if at_home else f"{chosen.name}: {NOT_REACHED}: {miss.reason}")
     return PoseReport(chosen, mode_text(chosen, signs), place, angles, frame, state, miss)

@@ -25,6 +25,7 @@ from trivet.space.batches import in_batches
 from trivet.space.frame import Angle, Frame
 from trivet.space.pose import between, rolled, zyz_angles, zyz_frame
 from trivet.space.vector import Vec
+from trivet.study.home import what_would
 from trivet.study.machines import MachineLike, choose
 
 Array = NDArray[Any]
@@ -316,7 +317,7 @@ def _from_home(looked: Looked, grid: Grid, reached: Array) -> tuple[int, str]:
     end = zyz_frame((x, y, z + grid.radius), 0.0, 0.0, grid.rolls[nearest])
     miss = shortfall(looked.machine, joint_state_once(looked.machine, home, looked.signs))
     if miss is not None:
-        return nearest, f"home itself is not reached, {miss.reason}"
+        return nearest, f"home itself is not reached, {miss.reason}{what_would(looked.machine, looked.signs)}"
     if len(actuators(looked.machine)) != 6:
         return nearest, "singularities are told of machines with six drives"
     if not reached[0, 0, nearest]:

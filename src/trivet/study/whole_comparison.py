@@ -16,3 +16,9 @@ class WholeComparison:
     dynamic: DynamicComparison | None
     missing: str = ""
     """Why there is no dynamic half, where it was asked for."""
+
+    @property
+    def without_result(self) -> tuple[str, ...]:
+        """Machines that have no result in a half that was asked for, each with the reason."""
+        dynamic = self.dynamic.missing if self.dynamic is not None else (self.missing,) * bool(self.missing)
+        return tuple(dict.fromkeys((*self.static.missing, *dynamic)))

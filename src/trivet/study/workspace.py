@@ -26,6 +26,7 @@ from trivet.reach.workspace import COARSE, Columns, Orientations, Region, column
 from trivet.space.frame import Frame
 from trivet.space.pose import tangent_axes, zyz_frame
 from trivet.space.vector import Vec
+from trivet.study.home import what_would
 from trivet.study.machines import MachineLike, choose, pose_numbers
 from trivet.study.tilt import require_clear_home
 
@@ -187,7 +188,11 @@ def workspace(
     found = found_region(within, around, home) if region is None else _given(region)
     if found is None:
         miss = shortfall(chosen, joint_state_once(chosen, home_pose(chosen), signs))
-        hint = "choose other orientations, or say with --region where to look" if miss is None else f"at home {miss.reason}"
+        hint = (
+            "choose other orientations, or say with --region where to look"
+            if miss is None
+            else f"at home {miss.reason}{what_would(chosen, signs)}"
+        )
         raise NoResultError(f"{chosen.name}: no place is reached {KINDS[kind]}; {hint}")
     own = columns(within, grown(within, found, around, count) if region is None else found, count, progress)
     if not own.volume > 0:

@@ -8,7 +8,7 @@ from typing import Any
 from rich.table import Table
 
 from trivet.kinematics.mode import mode_words
-from trivet.study.comparison import CAVEATS, Comparison
+from trivet.study.comparison import Comparison
 from trivet.views.layout import table
 from trivet.views.si import finite
 from trivet.views.stiffness_map import points_table, statistics_json, statistics_table
@@ -18,16 +18,16 @@ def tables(result: Comparison) -> Iterator[Any]:
     """Statistics, published values, tests, convergence, caveats."""
     maps = result.maps
     surfaces = "; ".join(
-        f"{m.machine.name}: {m.surface.name} at z0 = {float(m.surface.position[:, 2].min()) * 1e3:g} mm, {mode_words(m.mode)}"
-        for m in maps
+        f"{m.machine.name}: {hemisphere}, {mode_words(m.mode)}" for m, hemisphere in zip(maps, result.hemispheres, strict=True)
     )
     yield f"best roll for {maps[0].objective.name}. {surfaces}"
+    yield from (f"No static comparison: {line}" for line in result.missing)
     yield statistics_table(maps)
-    yield points_table(maps)
+    yield points_table(maps, result.hemispheres if len(set(result.hemispheres)) > 1 else [])
     for rows, view in ((result.deviations, _published), (result.tests, _tests), (result.convergence, _convergence)):
         if rows:
             yield view(result)
-    yield "\n".join(f"Mind: {caveat}" for caveat in CAVEATS)
+    yield "\n".join(f"Mind: {caveat}" for caveat in result.caveats)
 
 
 def _published(result: Comparison) -> Table:
@@ -86,5 +86,6 @@ def as_json(result: Comparison) -> dict[str, Any]:
             }
             for c in result.convergence
         ],
-        "caveats": list(CAVEATS),
+        "missing": list(result.missing),
+        "caveats": list(result.caveats),
     }  # fmt: skip

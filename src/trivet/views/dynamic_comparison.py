@@ -19,6 +19,7 @@ def tables(result: DynamicComparison) -> Iterator[Any]:
         f"Dynamic stiffness at the platform centre, every machine at home, {result.low:g} to {result.high:g} Hz, "
         f"structural damping with loss factor {result.loss_factor:g}"
     )
+    yield from (f"No dynamic comparison: {line}" for line in result.missing)
     yield _described(result)
     if result.deviations:
         yield _published(result)
@@ -112,6 +113,7 @@ def as_json(result: DynamicComparison) -> dict[str, Any]:
             for own in result.ranges
         ],
         "variants": [_one(own) for own in result.variants],
+        "missing": list(result.missing),
     }  # fmt: skip
 
 

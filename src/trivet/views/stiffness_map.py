@@ -52,21 +52,23 @@ def statistics_table(maps: Sequence[StiffnessMap]) -> Table:
     return found
 
 
-def points_table(maps: Sequence[StiffnessMap]) -> Table:
-    """How many points are reached, and why others are not."""
+def points_table(maps: Sequence[StiffnessMap], hemispheres: Sequence[str] = ()) -> Table:
+    """How many points are reached, and why others are not; with the hemispheres where they are to be told."""
     found = table(
         "check points",
         "machine",
+        *(("over",) if hemispheres else ()),
         "points",
         "used",
         "excluded because",
         "a limit decides the roll",
         "several rolls equally good",
+        left=2 if hemispheres else 1,
     )
-    for result in maps:
+    for row, result in enumerate(maps):
         reasons = ", ".join(f"{n} × {why}" for why, n in result.exclusions().items()) or "none"
         found.add_row(
-            result.machine.name, str(len(result.surface)), str(int(result.used.sum())), reasons,
+            result.machine.name, *hemispheres[row : row + 1], str(len(result.surface)), str(int(result.used.sum())), reasons,
             str(int(result.best.at_limit.sum())), str(int(result.ties_beyond_symmetry.sum())),
         )  # fmt: skip
     return found

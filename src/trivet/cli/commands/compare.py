@@ -48,6 +48,8 @@ def run(
     chosen = [model.of(choose(name, changes)) for name in machines or PAPER_MACHINES]
     radius, height = points.lengths()
     out.check()
+    for machine in chosen:
+        output.warn_of_home(machine, mode)
     with output.progress(out.as_json) as advance:
         static = compare(
             *chosen,
@@ -66,7 +68,10 @@ def run(
             dynamic = _dynamics(chosen, mode, sensitivity, out.as_json)
         except NoResultError as error:
             missing = str(error)
-    out.give(WholeComparison(static, dynamic, missing), view)
+    result = WholeComparison(static, dynamic, missing)
+    out.give(result, view)
+    if result.without_result:
+        raise NoResultError("; ".join(result.without_result))
 
 
 def _dynamics(chosen: list[Machine], mode: str | None, sensitivity: bool, quiet: bool) -> DynamicComparison:

@@ -32,10 +32,12 @@ def run(
     from trivet.errors import InputError
     from trivet.interop.mjcf import write_mjcf
     from trivet.interop.urdf import open_loops, write_urdf
+    from trivet.study.home import require_home
 
     chosen = choice.load()
     lost: list[str] = []
     if file.endswith(".xml"):
+        require_home(chosen, mode, within_travel=False)
         write_mjcf(chosen, file, mode=mode, overwrite=overwrite)
     elif file.endswith(".urdf"):
         if mode is not None:

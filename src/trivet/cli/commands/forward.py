@@ -37,7 +37,8 @@ def run(
 
     chosen = choice.load()
     out.check()
-    given, start = parse_drives(chosen, drives, drive or []), at.frame(chosen)
+    given = parse_drives(chosen, drives, drive or [])
     with output.busy("finding all poses", out.as_json):
+        start = at.frame(chosen) if drives else at.closing(chosen, mode)
         result = forward(chosen, given, start=start, mode=mode, anyway=anyway)
     out.give(result, view)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from trivet.cli import options as o
 from trivet.cli import output
 from trivet.cli.groups import At, Choice, Output
+
+if TYPE_CHECKING:
+    from trivet.model import Machine
 
 
 def run(
@@ -25,7 +28,6 @@ def run(
     from trivet.views import machine as view
 
     chosen = choice.load()
-    frame = at.frame(chosen)
     if not out.figure and (at.is_given or mode is not None):
         raise InputError("--position, --azimuth, --tilt, --roll and --mode choose the pose of a picture; add --figure")
     if toml and out.as_json:
@@ -36,8 +38,18 @@ def run(
         typer.echo(to_text(chosen.renamed(chosen.name)), nl=False)
     else:
         out.say(chosen, view)
-    for path in out.figure or []:
+    if out.figure:
+        _draw(chosen, at, mode, out)
+    elif not toml:
+        output.warn_of_home(chosen)
+
+
+def _draw(machine: Machine, at: At, mode: str | None, out: Output) -> None:
+    with output.busy("drawing", out.as_json):
         from trivet.show.drawing import draw
 
-        draw(chosen, frame, mode, path=path, overwrite=out.overwrite)
+        frame = at.closing(machine, mode)
+    for path in out.figure or []:
+        with output.busy(f"drawing {path}", out.as_json):
+            draw(machine, frame, mode, path=path, overwrite=out.overwrite)
         output.wrote(path)

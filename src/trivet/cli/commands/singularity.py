@@ -15,5 +15,5 @@ def run(*, choice: Choice, at: At, mode: o.Mode = None, out: Output) -> None:
     chosen = choice.load()
     out.check()
     with output.busy("looking for singularities", out.as_json):
-        result = singularity_report(chosen, at.frame(chosen), mode=mode)
+        result = singularity_report(chosen, at.closing(chosen, mode), mode=mode)
     out.give(result, view)
