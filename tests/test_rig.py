@@ -7,6 +7,7 @@ from importlib import resources
 import jax
 import numpy as np
 import pytest
+import trimesh
 
 from trivet.kinematics.mode import parse_mode
 from trivet.kinematics.standing import GROUND, PLATFORM, bodies, home_pose, starts
@@ -43,6 +44,18 @@ def test_what_moves_with_the_bodies_is_what_is_drawn_there(name: str) -> None:
             if shape.name == "platform":  # bars and pins may be turned about their axes
                 rings = own.rings @ placed.axes[k].T + placed.origin[k]
                 np.testing.assert_allclose(rings, shape.rings, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_shapes_are_closed_and_face_outwards(name: str) -> None:
+    """The page draws one side of each face."""
+    machine = load(name)
+    for shape in scene(machine, jax.tree.map(float, home_pose(machine))).shapes:
+        mesh = trimesh.Trimesh(*shape.mesh(), validate=True)  # without the faces that shrink to a line at tips
+        faces = np.unique(mesh.edges_sorted, axis=0, return_counts=True)[1]  # four where a guide goes round to its own end
+        assert np.all(faces % 2 == 0), shape.name
+        assert mesh.is_winding_consistent, shape.name
+        assert mesh.volume > 0, shape.name
 
 
 def test_bodies_of_a_pose_out_of_reach_have_no_place() -> None:

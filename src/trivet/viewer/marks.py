@@ -62,5 +62,5 @@ class Marks:
             self._arrow.remove()
         self._arrow = self._server.scene.add_mesh_simple(
             f"{self._root}/twist", vertices, faces, color=rgb(COLOURS["motion"]), flat_shading=True, cast_shadow=False,
-            receive_shadow=False, side="double",
+            receive_shadow=False, side="front",
         )  # fmt: skip

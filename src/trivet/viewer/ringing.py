@@ -38,7 +38,7 @@ class Ringing:
             vertices, faces = joined(shapes)
             self._meshes[role] = self._server.scene.add_mesh_simple(
                 f"{self._root}/ringing-{len(self._meshes)}", vertices, faces, color=rgb(COLOURS[role]), flat_shading=True,
-                opacity=SEE_THROUGH.get(role), material=MATERIAL, side="double", cast_shadow=False, receive_shadow=False,
+                opacity=SEE_THROUGH.get(role), material=MATERIAL, side="front", cast_shadow=False, receive_shadow=False,
             )  # fmt: skip
 
     @property

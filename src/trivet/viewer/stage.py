@@ -96,7 +96,7 @@ class Stage:
         return self._server.scene.add_mesh_simple(
             name, vertices.astype(np.float32), faces.astype(np.uint32), color=self._colour(shape), flat_shading=True,
             opacity=SEE_THROUGH.get(shape.role), material=MATERIAL,
-            side="double", cast_shadow=False, receive_shadow=False, visible=not self._is_hidden,
+            side="front", cast_shadow=False, receive_shadow=False, visible=not self._is_hidden,
         )  # fmt: skip
 
     def _colour(self, shape: Shape) -> tuple[int, int, int]:
