@@ -32,7 +32,7 @@ from trivet.reproduce.fitting import misfit
 from trivet.reproduce.found import Asked, Chart, Found, Ours, Progress, Series, adapter
 from trivet.reproduce.kinds.dimensions import Dimensions
 from trivet.reproduce.kinds.dynamic import Dynamic
-from trivet.reproduce.kinds.leaning import Leaning, Sphere, _last, best_sphere
+from trivet.reproduce.kinds.leaning import Lean, Leaning, Sphere, _last, best_sphere
 from trivet.reproduce.kinds.nearest_tilt import NearestTilt
 from trivet.reproduce.kinds.prototype import Prototype, Standing
 from trivet.reproduce.kinds.ring import Ring
@@ -444,6 +444,25 @@ def test_ways_without_a_singularity_on_the_way() -> None:
     assert _last(sides) == [0]
 
 
+@pytest.mark.parametrize(
+    ("degrees", "told"),
+    [
+        ((94, 93, 93), "94.0°; a way from upright crosses no singularity."),
+        ((94, 31, 93), "94.0°; every way from upright beyond 31° crosses a Type 2 singularity."),
+        (
+            (94, 31, 60),
+            "94.0°; every way from upright beyond 31° crosses a Type 2 singularity, and beyond 60° the poses of the grid "
+            "do not hang together with upright.",
+        ),
+        ((33, 29, 30), "33.0°; beyond 30° the poses of the grid do not hang together with upright."),
+    ],
+)
+def test_what_bars_the_way_is_told_in_words(degrees: tuple[float, ...], told: str) -> None:
+    tilt, one_sided, crossing = np.radians(degrees)
+    lean = Lean(Sphere("radial", 0.1, 0.00825), tilt, one_sided, crossing, np.radians(1.0))
+    assert lean.words("azulay") == f"azulay, radial, z0 100 mm, radius 8.25 mm: {told}"
+
+
 def test_machines_that_are_not_round_are_seen_from_all_sides() -> None:
     held: dict[str, Any] = {"chains.leg.base": {"azimuth": "0 deg"}, "guide.travel": ["-60 deg", "60 deg"]}
 
@@ -454,9 +473,9 @@ def test_machines_that_are_not_round_are_seen_from_all_sides() -> None:
     assert azimuths("azulay", held) == 36
 
 
-@given(st.floats(0.061, 0.139), st.floats(2.1, 15.9), st.sampled_from([0.3, 1.0]))
+@given(st.floats(0.05, 0.15), st.floats(1.0, 17.0), st.sampled_from([0.3, 1.0]))
 def test_the_best_sphere_lies_between_those_of_the_grid(height: float, radius: float, weight: float) -> None:
-    """Of a smooth valley; what is told is never worse than the grid, and stays between its ends."""
+    """Of a smooth valley, whose bottom may lie outside; never worse than the grid, and between its ends."""
     heights, radii = (0.06, 0.08, 0.1, 0.12, 0.14), (0.002, 0.004, 0.008, 0.016)
 
     def tilt(sphere: Sphere) -> float | None:
@@ -472,7 +491,10 @@ def test_the_best_sphere_lies_between_those_of_the_grid(height: float, radius: f
     assert found is not None
     on_grid = min(miss(own) for h in heights for r in radii if (own := tilt(Sphere("radial", h, r))) is not None)
     assert miss(found) <= on_grid
-    assert miss(found) < 0.0005, "steps of a thirtieth of the grid's"
+    bottom = Sphere("radial", min(max(height, heights[0]), heights[-1]), min(max(radius / 1e3, radii[0]), radii[-1]))
+    lowest = tilt(bottom)
+    assert lowest is not None
+    assert miss(found) < miss(lowest) + 0.0005, "steps of a small part of the grid's"
     assert heights[0] <= best.height <= heights[-1]
     assert radii[0] <= best.radius <= radii[-1]
     assert best_sphere(lambda sphere: None, miss, "radial", heights, radii) is None
@@ -482,7 +504,9 @@ def test_the_nearest_sphere_and_that_of_the_greatest_tilt(monkeypatch: pytest.Mo
     """On spheres of 2 to 8 mm about z0 = 100 mm azulay turns over, and its tilt passes the published one between them."""
     monkeypatch.setattr("trivet.reproduce.kinds.leaning.HALVINGS", 2)
     (row,) = chosen(["table-3-tilt"])
-    near = NearestTilt("nearest tilt", "radial", (0.1, 0.17), (0.002, 0.008), step=10.0).found(("azulay",), row.asked, nothing)
+    near = NearestTilt("nearest tilt", "radial", "elevation", (0.1, 0.17), (0.002, 0.008), step=10.0).found(
+        ("azulay",), row.asked, nothing
+    )
     ends = [
         public.tilt("azulay", r, 0.1, neutral="radial", azimuths=3, step=np.radians(10), bodies=False).tilt
         for r in (0.002, 0.008)
@@ -492,6 +516,8 @@ def test_the_nearest_sphere_and_that_of_the_greatest_tilt(monkeypatch: pytest.Mo
     nearest = value(near, "tilt", "azulay", "radial, nearest sphere")
     assert nearest is not None
     assert abs(nearest - np.radians(94)) < min(abs(end - np.radians(94)) for end in ends), "between the spheres of the grid"
+    assert next(own.setting for own in near.ours if own.quantity == "tilt") == "radial, nearest sphere"
+    assert next(own.setting for own in near.ours if own.quantity == "greatest tilt") == "elevation, sphere of the greatest tilt"
     for quantity in ("tilt", "greatest tilt"):
         settings = {own.setting for own in near.ours if own.quantity == quantity}
         assert {setting.partition(",")[0] for setting in settings} == {"radial", "home", "normal", "elevation"}

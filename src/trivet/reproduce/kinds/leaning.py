@@ -21,7 +21,7 @@ ALL: tuple[Reference, ...] = get_args(Reference)[1:]
 """Neutral axes that machine files leave open."""
 AZIMUTHS, MOST = 36, math.pi
 ROLLS = 180
-HALVINGS = 5
+HALVINGS = 7
 """How often the steps of a search are halved."""
 NEAR = math.radians(0.005)
 """What is as near as this is as near as anybody asks."""
@@ -56,12 +56,15 @@ class Lean(NamedTuple):
     def words(self, name: str) -> str:
         """A sentence of a machine."""
         tilt, own, across = (f"{math.degrees(angle):.{n}f}°" for angle, n in zip(self[1:4], (1, 0, 0), strict=True))
-        start, least = f"{name}, {self.sphere}: {tilt}", self.tilt - 2 * self.step
-        if self.one_sided > least:
+        start, blurred = f"{name}, {self.sphere}: {tilt}", 2 * self.step
+        if self.one_sided > self.tilt - blurred:
             return f"{start}; a way from upright crosses no singularity."
-        if self.crossing > self.one_sided:
-            start += f"; every way from upright beyond {own} crosses a Type 2 singularity"
-        return f"{start}." if self.crossing > least else f"{start}; beyond {across} the poses of the grid do not hang together."
+        ends = []
+        if self.crossing - self.one_sided >= blurred:
+            ends.append(f"every way from upright beyond {own} crosses a Type 2 singularity")
+        if self.crossing <= self.tilt - blurred or not ends:
+            ends.append(f"beyond {across} the poses of the grid do not hang together with upright")
+        return f"{start}; {', and '.join(ends)}."
 
 
 def rows_of(quantity: str, name: str, setting: str, lean: Lean | None) -> tuple[Ours, Ours]:

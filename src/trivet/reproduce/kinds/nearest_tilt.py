@@ -41,7 +41,9 @@ class NearestTilt:
 
     kind: Literal["nearest tilt"]
     neutral: Reference
-    """Of what is set beside the paper."""
+    """Of the tilt that is set beside the paper's digits."""
+    greatest_neutral: Reference
+    """Of the greatest tilt that orders and statements are looked at."""
     heights: tuple[Length, ...]
     radii: tuple[PositiveLength, ...]
     bodies: bool = False
@@ -55,7 +57,8 @@ class NearestTilt:
 
         (paper,) = (one.paper for one in asked if one.quantity == "tilt")
         chosen = {name: choose(name) for name in machines}
-        axes: list[Reference] = list(dict.fromkeys((self.neutral, *ALL)))
+        firsts = dict(zip(WAYS, (self.neutral, self.greatest_neutral), strict=True))
+        axes: list[Reference] = list(dict.fromkeys((*firsts.values(), *ALL)))
         best: dict[tuple[Reference, str], Best] = {}
         for axis, name in product(axes, machines):
             best[axis, name] = self._best(Leaning(chosen[name], axis, self.bodies, self.step), paper[name])
@@ -63,14 +66,15 @@ class NearestTilt:
         rows = [
             row
             for told, where in WAYS.items()
-            for (axis, name), own in best.items()
-            for row in rows_of(told, name, f"{axis}, {where}", own.leans[told])
+            for axis in dict.fromkeys((firsts[told], *axes))
+            for name in machines
+            for row in rows_of(told, name, f"{axis}, {where}", best[axis, name].leans[told])
         ]
-        notes = [lean.words(name) for told in WAYS for (_, name), own in best.items() if (lean := own.leans[told])]
+        notes = [lean.words(f"{name}, {told}") for told in WAYS for (_, name), own in best.items() if (lean := own.leans[told])]
         together = sum(len(set.intersection(*(best[axis, name].poles for name in machines))) for axis in axes)
         cases = len(axes) * len(self.heights) * len(self.radii)
         last = f"Of {cases} spheres and axes of the grid {together} are reached at their pole by all {len(machines)} machines."
-        return Found(tuple(rows), notes=(*dict.fromkeys(notes), last))
+        return Found(tuple(rows), notes=(*notes, last))
 
     def _best(self, leaning: Leaning, wanted: Number | None) -> Best:
         tilt = cache(leaning.tilt)
