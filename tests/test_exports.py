@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from documents import message_of
 from machines import changed, drives_of
 from scipy.spatial.transform import Rotation
 from test_dynamics import variant
@@ -347,3 +348,11 @@ def test_files_say_what_is_lost(trivet: Any, tmp_path: Path) -> None:
     assert trivet("export", "azulay", "m.urdf", "--mode", "++ ++ ++", "--overwrite")[0] == 2
     assert trivet("export", "azulay", "m.sdf")[0] == 2
     assert trivet("export", "azulay", "m.urdf", "--overwrite")[0] == 0
+
+
+@pytest.mark.parametrize("form", ["mjcf", "urdf"])
+def test_a_joint_without_counterpart_is_refused(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No joint is taken for another: here the export has never heard of hinges."""
+    monkeypatch.setattr(f"trivet.interop.{form}.Revolute", type("NoJoint", (), {}))
+    words = f"leg-1.hinge: a joint of type 'revolute' has no counterpart in the {form.upper()} export; leave the machine out"
+    assert message_of(lambda: getattr(t, f"to_{form}")("azulay")) == words

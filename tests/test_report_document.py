@@ -320,7 +320,7 @@ def test_in_a_browser(tmp_path: Path) -> None:
     write_document(wide(), path)
     options = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
     with sync_playwright() as play:
-        browser = play.chromium.launch(executable_path="/usr/bin/chromium", args=options)
+        browser = play.chromium.launch(executable_path=shutil.which("chromium"), args=options)
         papers = set()
         for scheme, (width, height) in product(("light", "dark"), ((1280, 800), (390, 844))):
             view = {"width": width, "height": height}
@@ -366,7 +366,7 @@ def test_paper_shows_stills(tmp_path: Path) -> None:
     path = tmp_path / "report.html"
     write_document(wide(), path)
     with sync_playwright() as play:
-        browser = play.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox"])
+        browser = play.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
         page = browser.new_page()
         page.goto(path.as_uri())
         page.wait_for_selector("html[data-drawn=all]", state="attached", timeout=120_000)

@@ -6,7 +6,8 @@ import asyncio
 import contextlib
 import gc
 import math
-import resource
+import os
+import sys
 import time
 from collections.abc import Iterator
 from typing import Any
@@ -21,6 +22,7 @@ from trivet.errors import InputError
 from trivet.viewer import gate
 from trivet.viewer.panels.inputs import on_number
 
+of_linux = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc, which Linux alone has")
 PROTOCOL = websockets.Subprotocol(f"viser-v{viser.__version__}")
 
 
@@ -106,6 +108,7 @@ def server() -> Iterator[viser.ViserServer]:
     assert failures == []
 
 
+@of_linux
 def test_it_listens_on_loopback_only(server: viser.ViserServer) -> None:
     port = server.get_port()
     with open("/proc/net/tcp") as table:
@@ -156,6 +159,7 @@ def test_there_are_seats_for_some(server: viser.ViserServer) -> None:
     assert asyncio.run(attempt()) == 1013
 
 
+@of_linux
 def test_a_flood_is_read_at_a_pace_and_takes_no_memory(server: viser.ViserServer) -> None:
     slider = server.gui.add_slider("tilt", 0.0, 10.0, 0.1, 0.0)
     uuid = slider._impl.uuid
@@ -206,7 +210,7 @@ def test_a_large_message_ends_its_connection_and_no_other(server: viser.ViserSer
 def resident() -> float:
     """Memory of this process, bytes."""
     with open("/proc/self/statm") as file:
-        return float(int(file.read().split()[1]) * resource.getpagesize())
+        return float(int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE"))
 
 
 def test_a_viser_that_goes_round_the_door_is_not_started(monkeypatch: pytest.MonkeyPatch) -> None:

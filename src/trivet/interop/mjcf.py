@@ -24,7 +24,7 @@ from trivet.dynamics.equations import State
 from trivet.errors import NoResultError, TrivetError
 from trivet.files import replacing
 from trivet.interop.rod_mesh import rod_mesh
-from trivet.interop.xml import comment, numbers
+from trivet.interop.xml import comment, numbers, unknown_joint
 from trivet.kinematics.jacobian import actuator_names
 from trivet.kinematics.mode import mode_text, parse_mode
 from trivet.kinematics.singularity import singularity
@@ -238,38 +238,44 @@ def _add_leg(model: _Model, one: Standing) -> None:
 
 def _add_joints(body: _Body, name: str, joint: Element, coordinate: Coordinate) -> list[float]:
     """Give a body the joint that moves it; returns what qpos holds of the joint."""
-    if isinstance(joint, Spherical):
-        ET.SubElement(body.xml, "joint", {"name": name, "type": "ball", **_resistance(joint)})
-        return [1.0, 0.0, 0.0, 0.0]
-    if isinstance(joint, Universal):
-        first, second = joint.axes
-        # The frame of the body lies beyond both hinges: the second has turned it away from the first.
-        seen = IDENTITY.turn(second, Angle(coordinate[1].cos, -coordinate[1].sin)).direction(first)
-        angles = [_radians(angle) for angle in coordinate]
-        for number, axis, angle in zip((1, 2), (seen, second), angles, strict=True):
-            own = {"name": f"{name}.{number}", "type": "hinge", "axis": numbers(axis), "ref": numbers([angle])}
-            ET.SubElement(body.xml, "joint", own | _resistance(joint))
-        return angles
-    assert isinstance(joint, Drivable)
-    by_elevation = isinstance(joint, Revolute) and joint.measure == "elevation"
-    limits = None if by_elevation else joint.travel
-    attributes = {"name": name, "type": "hinge", "axis": "0 0 1"}
-    if isinstance(joint, Curvilinear):
-        attributes["pos"] = numbers([-joint.radius, 0, 0])  # the body's frame is on the circle, the axis in its middle
-    if isinstance(joint, (Prismatic, Revolute)):
-        attributes["axis"] = numbers(joint.axis)
-    value: float = coordinate
-    if isinstance(joint, Prismatic):
-        attributes["type"] = "slide"
-    else:
-        value = _radians(coordinate, sum(limits) / 2 if limits else 0.0)
+    match joint:
+        case Spherical():
+            ET.SubElement(body.xml, "joint", {"name": name, "type": "ball", **_resistance(joint)})
+            return [1.0, 0.0, 0.0, 0.0]
+        case Universal():
+            first, second = joint.axes
+            # The frame of the body lies beyond both hinges: the second has turned it away from the first.
+            seen = IDENTITY.turn(second, Angle(coordinate[1].cos, -coordinate[1].sin)).direction(first)
+            angles = [_radians(angle) for angle in coordinate]
+            for number, axis, angle in zip((1, 2), (seen, second), angles, strict=True):
+                own = {"name": f"{name}.{number}", "type": "hinge", "axis": numbers(axis), "ref": numbers([angle])}
+                ET.SubElement(body.xml, "joint", own | _resistance(joint))
+            return angles
+        case Prismatic():
+            _add_drivable(body, joint, coordinate, joint.travel, name=name, type="slide", axis=numbers(joint.axis))
+            return [coordinate]
+        case Revolute():
+            limits = None if joint.measure == "elevation" else joint.travel
+            value = _radians(coordinate, sum(limits) / 2 if limits else 0.0)
+            _add_drivable(body, joint, value, limits, name=name, type="hinge", axis=numbers(joint.axis))
+            return [value]
+        case Curvilinear():
+            value = _radians(coordinate, sum(joint.travel) / 2 if joint.travel else 0.0)
+            middle = numbers([-joint.radius, 0, 0])  # the body's frame is on the circle, the axis in its middle
+            _add_drivable(body, joint, value, joint.travel, name=name, type="hinge", axis="0 0 1", pos=middle)
+            return [value]
+        case _:
+            raise unknown_joint(name, joint, "MJCF")
+
+
+def _add_drivable(body: _Body, joint: Drivable, value: float, limits: tuple[float, float] | None, **attributes: str) -> None:
+    """Give a body a joint of one freedom that stands at a value (m, rad)."""
     attributes["ref"] = numbers([value])
     if limits:
         attributes["range"] = numbers(limits)
     elif joint.travel:
         body.xml.append(comment(_NO_RANGE))
     ET.SubElement(body.xml, "joint", attributes | _resistance(joint))
-    return [value]
 
 
 def _resistance(joint: Joint) -> dict[str, str]:

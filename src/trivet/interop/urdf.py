@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from trivet.dynamics.bodies import carried_mass, require_masses
 from trivet.errors import NoResultError
 from trivet.files import replacing
-from trivet.interop.xml import comment, numbers
+from trivet.interop.xml import comment, numbers, unknown_joint
 from trivet.kinematics.closure import coordinates_from
 from trivet.kinematics.mode import parse_mode
 from trivet.kinematics.standing import home_pose, stand
@@ -127,12 +127,7 @@ def _add_leg(root: ET.Element, ground: _Link, machine: Machine, leg: Leg, is_fir
 
 def _joined(root: ET.Element, link: _Link, name: str, joint: Element, is_last: bool) -> _Link:
     """The link beyond a joint; the walk stands in it where it would at a value of zero."""
-    if isinstance(joint, Spherical):
-        axes: tuple[Any, ...] = _AXES
-    elif isinstance(joint, Universal):
-        axes = joint.axes
-    else:
-        axes = ((0.0, 0.0, 1.0) if isinstance(joint, Curvilinear) else joint.axis,)  # type: ignore[attr-defined]
+    axes = _axes(name, joint)
     for number, axis in enumerate(axes, 1):
         own = name if len(axes) == 1 else f"{name}.{number}"
         is_end = number == len(axes)
@@ -144,6 +139,21 @@ def _joined(root: ET.Element, link: _Link, name: str, joint: Element, is_last: b
     if isinstance(joint, Curvilinear):
         link.frame = link.frame.shift((joint.radius, 0, 0))
     return link
+
+
+def _axes(name: str, joint: Element) -> tuple[Any, ...]:
+    """Axes of the hinges, or of the slide, that a joint becomes."""
+    match joint:
+        case Spherical():
+            return _AXES
+        case Universal():
+            return joint.axes
+        case Curvilinear():
+            return ((0.0, 0.0, 1.0),)
+        case Prismatic() | Revolute():
+            return (joint.axis,)
+        case _:
+            raise unknown_joint(name, joint, "URDF")
 
 
 def _joint(root: ET.Element, name: str, link: _Link, beyond: _Link, joint: Element, axis: tuple[float, float, float]) -> None:
