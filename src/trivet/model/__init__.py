@@ -4,9 +4,9 @@ from trivet.model.machine import Chain, Leg, Machine, Mechanism
 from trivet.model.paths import dimensions
 from trivet.model.reading import catalogue, load, parse
 from trivet.model.schema import schema
-from trivet.model.writing import document_of, to_text, write
+from trivet.model.writing import document_of, fingerprint, printed, to_text, write
 
 __all__ = [
-    "Chain", "Leg", "Machine", "Mechanism", "catalogue", "dimensions", "document_of", "load", "parse", "schema", "to_text",
-    "write",
+    "Chain", "Leg", "Machine", "Mechanism", "catalogue", "dimensions", "document_of", "fingerprint", "load", "parse", "printed",
+    "schema", "to_text", "write",
 ]  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from typing import Any
 
@@ -35,6 +36,16 @@ def _plain(node: Any) -> Any:
 def to_text(machine: Machine) -> str:
     """A machine as the text of a machine file."""
     return tomli_w.dumps(document_of(machine))
+
+
+def printed(machine: Machine) -> str:
+    """The text of a machine file as `trivet show --toml` prints it: published values speak of the original, and are left out."""
+    return to_text(machine.renamed(machine.name))
+
+
+def fingerprint(machine: Machine) -> str:
+    """SHA-256 (hex) of the machine file as printed: which machine results are of."""
+    return hashlib.sha256(printed(machine).encode()).hexdigest()
 
 
 def write(machine: Machine, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:

@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
-from trivet.report.sections.file import text_of
+from trivet.model import fingerprint
 from trivet.report.subject import Subject
 
 PACKAGES = ("trivet", "jax", "numpy", "scipy")
@@ -18,7 +18,7 @@ PACKAGES = ("trivet", "jax", "numpy", "scipy")
 def provenance(subjects: Sequence[Subject], files: Iterable[str], command: str) -> tuple[tuple[str, str], ...]:
     """Names and values; `files` are those which were read beside the machines."""
     machines = [
-        (f"machine file of {subject.name}", f"SHA-256 {_hash(text_of(subject.described).encode())}, as printed in this report")
+        (f"machine file of {subject.name}", f"SHA-256 {fingerprint(subject.described)}, as printed in this report")
         for subject in subjects
     ]
     return (
@@ -26,7 +26,7 @@ def provenance(subjects: Sequence[Subject], files: Iterable[str], command: str) 
         ("date", f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC"),
         *versions(),
         *machines,
-        *((name, f"SHA-256 {_hash(Path(name).read_bytes())}") for name in files),
+        *((name, f"SHA-256 {hashlib.sha256(Path(name).read_bytes()).hexdigest()}") for name in files),
     )
 
 
@@ -34,7 +34,3 @@ def versions() -> tuple[tuple[str, str], ...]:
     """Of what the numbers were worked out with."""
     python = f"{platform.python_version()}, {platform.system()} {platform.machine()}"
     return (*((name, version(name)) for name in PACKAGES), ("Python", python))
-
-
-def _hash(data: bytes) -> str:
-    return hashlib.sha256(data).hexdigest()
