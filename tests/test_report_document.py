@@ -331,6 +331,13 @@ def test_in_a_browser(tmp_path: Path) -> None:
         browser.close()
 
 
+def shaded(page: Any) -> list[bool]:
+    """Whether a table is shaded at its left and its right edge, between its lines."""
+    taken = Image.open(io.BytesIO(page.locator(".scrolling").first.screenshot())).convert("L")
+    own = np.asarray(taken, dtype=float)[4]
+    return [abs(float(edge) - float(np.median(own))) > 10 for edge in (own[2], own[-3])]
+
+
 def look_at(page: Any, address: str) -> str:
     """The colour of the page, after a look that all is well on it."""
     faults: list[str] = []
@@ -347,6 +354,9 @@ def look_at(page: Any, address: str) -> str:
     assert page.evaluate(
         "document.querySelectorAll('.scrolling')[0].scrollWidth > document.querySelectorAll('.scrolling')[0].clientWidth"
     )
+    assert shaded(page) == [False, True], "there is more to the right"
+    page.evaluate("document.querySelectorAll('.scrolling')[0].scrollLeft = 1e6")
+    assert shaded(page) == [True, False], "there is more to the left"
     page.keyboard.press("Tab")
     assert page.evaluate("document.activeElement.className") == "skip"
     page.keyboard.press("Enter")

@@ -39,7 +39,7 @@ def to_text(machine: Machine) -> str:
 
 
 def printed(machine: Machine) -> str:
-    """The text of a machine file as `trivet show --toml` prints it: published values speak of the original, and are left out."""
+    """The text of a machine file as `trivet show --toml` prints it: without published values, which speak of the original."""
     return to_text(machine.renamed(machine.name))
 
 
