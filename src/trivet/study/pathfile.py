@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, fields
-from functools import cache
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, TypeAdapter, ValidationError
+from pydantic import Field
 
-from trivet.errors import InputError
-from trivet.model.complaint import one_complaint
+from trivet.model.checked import read_checked
 from trivet.model.quantity import (
     Acceleration,
     AngleValue,
@@ -24,7 +22,6 @@ from trivet.model.quantity import (
     Speed,
 )
 from trivet.model.section import STRICT
-from trivet.model.toml import read_toml
 from trivet.space.curve import Limits, Trajectory, straight, through, timed
 from trivet.space.pose import zyz_frame
 
@@ -95,18 +92,4 @@ def read_path(path: str | os.PathLike[str]) -> PathFile:
     Raises:
         InputError: with the key, the value and what was expected.
     """
-    name = os.fspath(path)
-    document = read_toml(name, "a path file")
-    if document.get("format", 1) is True:
-        raise InputError(f"{name}: format: true is not known; expected 1")
-    if "poses" not in document:
-        raise InputError(f"{name}: poses: missing; a path has [[poses]] with a position each")
-    try:
-        return _adapter().validate_python(document)
-    except ValidationError as error:
-        raise InputError(f"{name}: {one_complaint(error, document, PathFile)}") from None
-
-
-@cache
-def _adapter() -> TypeAdapter[Any]:
-    return TypeAdapter(PathFile)
+    return read_checked(path, PathFile, "a path file", {"poses": "a path has [[poses]] with a position each"})

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from functools import cache
 from typing import Annotated, Any, Literal
 
 import tomli_w
-from pydantic import StringConstraints, TypeAdapter, ValidationError
+from pydantic import StringConstraints, TypeAdapter
 
-from trivet.errors import InputError
 from trivet.files import replacing
-from trivet.model.complaint import one_complaint
+from trivet.model.checked import read_checked
 from trivet.model.quantity import AngleValue, Length
 from trivet.model.section import STRICT
-from trivet.model.toml import read_toml
 
 
 @dataclass(frozen=True)
@@ -41,17 +38,7 @@ def read_pose(path: str | os.PathLike[str]) -> PoseFile:
     Raises:
         InputError: with the key, the value and what was expected.
     """
-    name = os.fspath(path)
-    document = read_toml(name, "a pose file")
-    if document.get("format", 1) is True:
-        raise InputError(f"{name}: format: true is not known; expected 1")
-    if "position" not in document:
-        raise InputError(f"{name}: position: missing; a pose has three coordinates")
-    try:
-        found: PoseFile = _adapter().validate_python(document)
-    except ValidationError as error:
-        raise InputError(f"{name}: {one_complaint(error, document, PoseFile)}") from None
-    return found
+    return read_checked(path, PoseFile, "a pose file", {"position": "a pose has three coordinates"})
 
 
 def write_pose(pose: PoseFile, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
@@ -60,11 +47,6 @@ def write_pose(pose: PoseFile, path: str | os.PathLike[str], *, overwrite: bool 
     Raises:
         InputError: when the file exists (unless `overwrite`), or cannot be written.
     """
-    document: dict[str, Any] = _adapter().dump_python(pose)
+    document: dict[str, Any] = TypeAdapter(PoseFile).dump_python(pose)
     with replacing(path, overwrite=overwrite) as temporary:
         temporary.write_text(tomli_w.dumps({k: v for k, v in document.items() if v != ""}), encoding="utf-8")
-
-
-@cache
-def _adapter() -> TypeAdapter[Any]:
-    return TypeAdapter(PoseFile)

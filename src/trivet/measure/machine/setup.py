@@ -6,22 +6,20 @@ import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cache
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
-from pydantic import Field, TypeAdapter, ValidationError
+from pydantic import Field
 
 from trivet.errors import InputError, NoResultError
 from trivet.kinematics.mode import parse_mode
 from trivet.kinematics.report import joint_state_once, shortfall
 from trivet.measure.functions import Channel, Functions
 from trivet.model import Machine
-from trivet.model.complaint import one_complaint
+from trivet.model.checked import read_checked
 from trivet.model.machine import turned_by
 from trivet.model.quantity import AngleValue, Length, Mass
 from trivet.model.section import STRICT
-from trivet.model.toml import read_toml
 from trivet.space.frame import IDENTITY, Frame
 from trivet.statics.assembly import Structure, assemble
 from trivet.vibration.places import place_of
@@ -161,18 +159,11 @@ def read_setup(path: str | os.PathLike[str]) -> Setup:
     Raises:
         InputError: with the key, the value and what was expected.
     """
-    name = os.fspath(path)
-    document = read_toml(name, "a set-up file")
-    if document.get("format", 1) is True:
-        raise InputError(f"{name}: format: true is not known; expected 1")
-    try:
-        setup: Setup = _adapter().validate_python(document)
-    except ValidationError as error:
-        raise InputError(f"{name}: {one_complaint(error, document, Setup)}") from None
+    setup = read_checked(path, Setup, "a set-up file")
     try:
         check_setup(setup)
     except InputError as error:
-        raise InputError(f"{name}: {error}") from None
+        raise InputError(f"{os.fspath(path)}: {error}") from None
     return setup
 
 
@@ -241,8 +232,3 @@ def _on_chain(point: str, spot: Spot, machine: Machine, frame: Frame, structure:
     except InputError as error:
         raise InputError(f"points.{point}.on: {error}") from None
     return place.at
-
-
-@cache
-def _adapter() -> TypeAdapter[Setup]:
-    return TypeAdapter(Setup)
