@@ -19,11 +19,14 @@ import pytest
 from trivet.errors import InputError
 from trivet.model import load
 from trivet.study.posefile import PoseFile, read_pose, write_pose
+from trivet.study.stiffness_map import surface_of
 from trivet.viewer import keeping, words
-from trivet.viewer.dome import hit
-from trivet.viewer.mapping import mapped
+from trivet.viewer.dome import EXCLUDED, UNBOUNDED, Dome, _told, hit
+from trivet.viewer.mapping import _scaled, mapped
+from trivet.viewer.panels.machine import _label
 from trivet.viewer.standing import standing
 from trivet.viewer.state import PoseNumbers, home_of, state_of
+from trivet.viewer.studying import vibration
 from trivet.viewer.worker import Worker
 
 AZULAY, ECLIPSE = load("azulay"), load("eclipse")
@@ -134,7 +137,6 @@ def test_bodies_that_are_too_near_are_named() -> None:
 def test_maps_are_those_of_the_studies(quantity: str, roll: str, factor: float) -> None:
     import trivet
     from trivet.study.families import hemisphere_of
-    from trivet.study.stiffness_map import surface_of
 
     found = mapped(AZULAY, "", quantity, 2, roll, lambda done: None)
     surface = surface_of(AZULAY, 2)
@@ -147,6 +149,40 @@ def test_maps_are_those_of_the_studies(quantity: str, roll: str, factor: float) 
     np.testing.assert_allclose(factor * found.values, wanted, rtol=1e-12)
     assert len(found.surface) == len(found.roll) == 13
     assert found.limits[0] == np.nanmin(found.values)
+
+
+def test_a_map_tells_what_its_scale_does_not() -> None:
+    surface = surface_of(AZULAY, 2)
+    values = np.linspace(-1.0, 10.0, len(surface)) ** 3
+    values[3], values[4:6] = -np.inf, np.nan
+    found = _scaled(surface, np.zeros(len(surface)), values, "1/det J^-1", True)
+    colours = Dome._colours(found, values)
+    assert [tuple(colours[k]) for k in (3, 4)] == [UNBOUNDED, EXCLUDED]
+    told = [text for _, text in _told(found)]
+    assert told == [
+        f"colours end at {found.limits[0]:.4g} and {found.limits[1]:.4g}; values go from -1 to 1000",
+        "11 of 13 points reached", "infinite at 1",
+    ]  # fmt: skip
+    plain = _scaled(surface, np.zeros(len(surface)), np.linspace(1.0, 2.0, len(surface)), "K_zz, N/µm")
+    assert [text for _, text in _told(plain)] == ["13 of 13 points reached"]
+
+
+def test_modes_in_pairs_are_told_along_the_axes() -> None:
+    """At home a machine of threefold symmetry has pairs of modes, any mixture of which is one."""
+    told = vibration(AZULAY, home_of(AZULAY)._replace(tilt=0.0), "", False).modes
+    assert [text.split(", ", 1)[1].split(" ")[0] for text in told[:2]] == ["x", "y"]
+    assert all(" with x" not in text and " with y" not in text for text in told[:2])
+
+
+@pytest.mark.parametrize(("path", "unit", "label"), [
+    ("chains.leg.elements.hinge.travel.2", "deg", "hinge travel, greatest, °"),
+    ("platform.tool_tip.1", "mm", "platform tool tip, x, mm"),
+    ("chains.leg.elements.guide.stiffness", "N/um", "guide stiffness, N/µm"),
+    ("materials.steel.density", "kg/m**3", "steel density, kg/m³"),
+    ("materials.steel.poisson_ratio", "", "steel poisson ratio"),
+])  # fmt: skip
+def test_dimensions_are_called_as_people_do(path: str, unit: str, label: str) -> None:
+    assert _label(path, unit) == label
 
 
 @pytest.mark.parametrize(("quantity", "steps", "roll", "complaint"), [

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,10 +13,11 @@ from trivet.show.palette import MARKED, VERMILLION
 from trivet.show.shapes import Array
 from trivet.viewer.mapping import Mapped
 from trivet.viewer.stage import rgb
-from trivet.viewer.words import scale
+from trivet.viewer.words import scale, swatches
 
-COLOURS, SIGNED_COLOURS = "cividis", "RdBu_r"
-EXCLUDED = (140, 140, 140)
+COLOURS, SIGNED_COLOURS = "viridis", "RdBu_r"
+EXCLUDED, UNBOUNDED = (140, 140, 140), (0, 0, 0)
+"""Channels of points that are not reached, and of those where the quantity is infinite; no colour of a value is grey."""
 RADIUS, ABOVE = 0.22, 0.45
 """Of the dome, and of its centre above the highest point of the machine, as shares of the machine's size."""
 LEGEND = 9
@@ -58,7 +59,7 @@ class Dome:
         ramp = self._colours(found, np.linspace(low, high, LEGEND))
         enlarged = self._radius / self._size(found)
         words = f"{found.label}; the hemisphere is drawn {enlarged:.0f} times as large"
-        return scale(words, low, high, [f"rgb({r},{g},{b})" for r, g, b in ramp.tolist()])
+        return scale(words, low, high, [_css(colour) for colour in ramp.tolist()]) + swatches(_told(found))
 
     def here(self, azimuth: float, tilt: float) -> None:
         """Show where the platform normal points."""
@@ -93,6 +94,7 @@ class Dome:
         low, high = found.limits
         share = np.clip((np.nan_to_num(values, nan=low) - low) / (high - low), 0.0, 1.0)
         colours = colormaps[SIGNED_COLOURS if found.is_signed else COLOURS](share, bytes=True)[:, :3]
+        colours = np.where(np.isinf(values)[:, None], np.array(UNBOUNDED, dtype=np.uint8), colours)
         return np.where(np.isnan(values)[:, None], np.array(EXCLUDED, dtype=np.uint8), colours)
 
     async def _clicked(self, event: Any) -> None:
@@ -105,6 +107,23 @@ class Dome:
         number = hit(self._unit(self.shown, self.shown.surface.position), origin / self._radius, way)
         if number is not None:
             self._go(number)
+
+
+def _css(colour: Sequence[int]) -> str:
+    return f"rgb({colour[0]},{colour[1]},{colour[2]})"
+
+
+def _told(found: Mapped) -> list[tuple[str, str]]:
+    """What a scale does not say of a map: a colour (empty for none) and words."""
+    values, told = found.values, []
+    finite, (low, high) = values[np.isfinite(values)], found.limits
+    if len(finite) and (finite.min() < low or finite.max() > high):
+        told.append(("", f"colours end at {low:.4g} and {high:.4g}; values go from {finite.min():.4g} to {finite.max():.4g}"))
+    missed, unbounded = int(np.isnan(values).sum()), int(np.isinf(values).sum())
+    told.append((_css(EXCLUDED) if missed else "", f"{len(values) - missed} of {len(values)} points reached"))
+    if unbounded:
+        told.append((_css(UNBOUNDED), f"infinite at {unbounded}"))
+    return told
 
 
 def hit(points: Array, origin: Array, way: Array) -> int | None:

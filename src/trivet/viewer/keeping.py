@@ -15,6 +15,12 @@ NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}")
 """Of files: no folder, no suffix, nothing hidden."""
 
 
+def name_of(machine: str) -> str:
+    """A name for files of a machine: its own, as far as it can be one."""
+    found = NAME.match(machine)
+    return f"my-{found[0]}"[:60] if found else "machine"
+
+
 def kept(folder: Path, name: str, suffix: str) -> Path:
     """A file in the folder.
 

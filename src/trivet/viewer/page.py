@@ -187,6 +187,8 @@ class Page:
         for number, actor in enumerate(self._actors):
             aside = (number - (len(self._actors) - 1) / 2) * APART * self._size
             actor.stage.set_aside(np.array((aside, 0.0, 0.0)))
+            if len(self._actors) > 1:
+                actor.stage.entitle(state.machines[number].name)
         self._look = Look(server, self._size, len(self._actors))
         self._theme()
         self._set_handle()
@@ -208,7 +210,8 @@ class Page:
             ]
         with tabs.add_tab("Files"):
             save, load, export = (partial(self._send, errand) for errand in (self._save, self._load, self._export))
-            self._files = FilesPanel(server, self._is_dark, save, load, export, partial(self._send, self._set_theme))
+            name = keeping.name_of(state.machines[0].name)
+            self._files = FilesPanel(server, name, self._is_dark, save, load, export, partial(self._send, self._set_theme))
         self._add_keys()
 
     def _theme(self) -> None:

@@ -22,6 +22,8 @@ MATERIAL: Final = "toon5"
 """The quickest of viser's that shows where a body is round."""
 GHOST = 0.25
 """Opacity of a platform where it is wanted but not reached."""
+TITLE = 0.15
+"""How far above the machine its name is, in its sizes."""
 LIGHT = "#E8E8E8"
 """What is black by day, by night."""
 
@@ -45,6 +47,7 @@ class Stage:
         self._foot = server.scene.add_frame(root, show_axes=False)
         self._parts: list[viser.MeshHandle] = []
         self._names: list[viser.LabelHandle] = []
+        self._title: viser.LabelHandle | None = None
         self._ghost: viser.MeshHandle | None = None
         self._rig: Rig | None = None
         self._starts: tuple[int, ...] = ()
@@ -56,6 +59,11 @@ class Stage:
     def set_aside(self, offset: Array) -> None:
         """Where {O} is on the page, m."""
         self._foot.position = offset
+
+    def entitle(self, name: str) -> None:
+        """Write the name of the machine above it."""
+        height = self.top + TITLE * self.size
+        self._title = self._server.scene.add_label(f"{self._root}/title", name, position=(0.0, 0.0, height))
 
     def draw(self, machine: Machine, pose: Frame, mode: str) -> None:
         """Draw a machine at a pose that its chains reach; what was drawn before goes.
@@ -165,8 +173,8 @@ class Stage:
                     handle.color = colour
 
     def show_names(self, is_shown: bool) -> None:
-        """Whether the names of chains and frames are seen."""
-        for handle in self._names:
+        """Whether the names of the machine, of its chains and of frames are seen."""
+        for handle in (*self._names, *((self._title,) if self._title else ())):
             handle.visible = is_shown
 
     def hide(self, is_hidden: bool) -> None:

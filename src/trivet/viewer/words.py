@@ -24,6 +24,13 @@ def esc(text: str) -> str:
     return html.escape(text, quote=True)
 
 
+def unit(written: str) -> str:
+    """A unit of machine files as people write it."""
+    for plain, sign in (("deg", "°"), ("um", "µm"), ("**2", "²"), ("^2", "²"), ("**3", "³"), ("^3", "³"), ("*", " ")):
+        written = written.replace(plain, sign)
+    return written
+
+
 def block(*pieces: str, role: str = "") -> str:
     """Pieces together, in the type of the page."""
     return f'<div style="{_STYLE}"{role and f" {role}"}>{"".join(pieces)}</div>'
@@ -130,4 +137,12 @@ def scale(label: str, low: float, high: float, colours: Sequence[str]) -> str:
     return (
         f'<div>{esc(label)}</div><div style="height:0.9em;background:linear-gradient(to right, {ramp})"></div>'
         f'<div style="display:flex;justify-content:space-between">{ends}</div>'
+    )
+
+
+def swatches(rows: Iterable[tuple[str, str]]) -> str:
+    """Lines of words, each behind a square of its colour where it has one."""
+    square = "display:inline-block;width:0.8em;height:0.8em;margin-right:0.4em;border:1px solid currentColor;background:"
+    return "".join(
+        f'<div>{f"""<span style="{square}{colour}"></span>""" if colour else ""}{esc(text)}</div>' for colour, text in rows
     )

@@ -18,18 +18,20 @@ class FilesPanel:
     def __init__(
         self,
         server: viser.ViserServer,
+        name: str,
         is_dark: bool,
         save: Callable[[str, bool], None],
         load: Callable[[str, bool], None],
         export: Callable[[str, bool], None],
         theme: Callable[[bool], None],
     ) -> None:
-        """`save`, `load` and `export` are called with a name, and whether files may be replaced."""
+        """`name` is what files are called at first; `save`, `load` and `export` are called with a name, and whether files may
+        be replaced."""
         gui = server.gui
         dark = gui.add_checkbox("Dark", is_dark, hint="Dark or light (key T)")
         on_switch(dark, theme)
         self._dark: Any = dark
-        self._name = gui.add_text("Name", "machine", hint="Of the files, without a suffix")
+        self._name = gui.add_text("Name", name, hint="Of the files, without a suffix")
         self._replace = gui.add_checkbox("Replace files that exist", False)
         for label, then in (("Save machine and pose", save), ("Load them", load), ("Export the scene (HTML)", export)):
             on_press(gui.add_button(label), partial(self._asked, then))

@@ -23,6 +23,8 @@ RANGE = 0.5
 STEPS = 200
 AROUND_ZERO = {"m": 0.2, "rad": math.pi / 4}
 """Where the first value is zero, m and rad; other numbers that are zero have no slider."""
+ENDS = ("least", "greatest")
+"""What the numbers of a travel are."""
 LEFT_OUT = ("home.",)
 """The home pose has the sliders of the pose."""
 
@@ -68,7 +70,7 @@ class MachinePanel:
         low, high = ((value - reach) * factor, (value + reach) * factor)
         if (kind.positive or kind.at_least_zero) and low < 0:
             low = 0.0
-        label = f"{path.rsplit('.', 2)[-2]}.{path.rsplit('.', 1)[-1]}, {kind.written}".rstrip(", ")
+        label = _label(path, kind.written)
         step = 10 ** math.floor(math.log10((high - low) / STEPS))
         slider = server.gui.add_slider(label, low, high, step, value * factor, hint=path)
         on_number(slider, partial(self._turned, len(self._rows)))
@@ -103,6 +105,14 @@ class MachinePanel:
 
 def _factor(kind: Quantity) -> float:
     return 1 / kind.parse(f"1 {kind.written}") if kind.written else 1.0
+
+
+def _label(path: str, unit: str) -> str:
+    """What a slider is called: "hinge travel, greatest, °" for the second number of a travel."""
+    *above, owner, key = path.split(".")
+    if key.isdigit():
+        owner, key = above[-1], f"{owner}, {(ENDS if owner == 'travel' else 'xyz')[int(key) - 1]}"
+    return f"{owner} {key}, {words.unit(unit)}".rstrip(", ").replace("_", " ")
 
 
 def _group(path: str) -> str:

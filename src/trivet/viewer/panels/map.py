@@ -32,7 +32,7 @@ class MapPanel:
             if choice is not None:
                 on_choice(choice, lambda text: None)
         on_press(gui.add_button("Map it", icon=viser.Icon.MAP), lambda: self._asked(seek))
-        self._bar: Any = gui.add_progress_bar(0.0, visible=False)
+        self._bar: Any = gui.add_progress_bar(0.0, visible=False, animated=True)
         self._legend = gui.add_html("")
         self._point: Any = gui.add_slider("Go to point", 0, 1, 1, 0, disabled=True, hint="As a click on the map does")
         on_number(self._point, lambda value: go(round(value) - 1) if value >= 1 else None)

@@ -35,6 +35,9 @@ class PosePanel:
         """`change` takes what of the state is to change; `seek` asks for the assembly modes."""
         self._gui, self._change = server.gui, change
         self._begin = home_of(state.machines[0])
+        if len(state.machines) > 1:
+            first, *others = (words.esc(machine.name) for machine in state.machines)
+            self._gui.add_html(words.block(f"the pose of {first}; {', '.join(others)} moves as far from its own home"))
         self._sliders = [self._length(k, axis, size) for k, axis in enumerate("xyz")] + [self._angle(name) for name in ANGLES]
         for number, slider in enumerate(self._sliders):
             on_number(slider, partial(self._turned, number))

@@ -22,6 +22,10 @@ LINES = (BLUE, ORANGE)
 STILL = "at rest"
 HEIGHT = 220
 """Of the plot, pixels."""
+PADDING = (12, 18, 0, 0)
+"""Above, right of, below and left of it, pixels: numbers at its ends must not be cut off."""
+TICKS = uplot.Axis_Ticks(stroke="gray", width=0.5, size=4)
+"""On a scale by decades there are nine of them each."""
 
 
 class VibrationPanel:
@@ -39,7 +43,11 @@ class VibrationPanel:
         self._plot = gui.add_uplot(
             (blank, *(blank for _ in names)), series, height=HEIGHT, title="",
             scales={"x": uplot.Scale(time=False), "y": uplot.Scale(distr=3)},
-            axes=(uplot.Axis(label="Hz", stroke="gray"), uplot.Axis(label="µm/N", stroke="gray", size=64)),
+            axes=(
+                uplot.Axis(label="Hz", stroke="gray", ticks=TICKS),
+                uplot.Axis(label="µm/N", stroke="gray", size=64, ticks=TICKS),
+            ),
+            padding=PADDING,
         )  # fmt: skip
         self._told = [gui.add_html("") for _ in names]
         self._modes: Any = gui.add_dropdown(
