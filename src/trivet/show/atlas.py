@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,8 @@ import numpy as np
 
 from trivet.files import replacing
 from trivet.kinematics.mode import mode_words
-from trivet.show.maps import EXCLUDED, check_suffix
+from trivet.show.maps import check_suffix, cross_out, crosses
+from trivet.show.palette import VALUES
 from trivet.study.atlas import Atlas
 from trivet.study.response_summary import unit_of_least
 from trivet.study.worst import Worst
@@ -70,6 +71,11 @@ class _Panel:
     """Where the worst pose is."""
     labels: tuple[str, ...]
 
+    def where(self, mask: Any) -> _Panel:
+        """The same of some of the points."""
+        y = None if self.y is None else self.y[mask]
+        return replace(self, x=self.x[mask], y=y, values=self.values[mask], points=self.points[mask])
+
     @classmethod
     def of(cls, result: Atlas, k: int) -> _Panel:
         axes, coordinates = result.family.axes[:2], result.family.coordinates[:, :2]
@@ -111,8 +117,8 @@ def _picture(result: Atlas, path: Path) -> None:
             above.set_ylabel(_label(entry))
         else:
             size = 9000 / max(len(values), 100)
-            dots = above.scatter(x[used], y[used], c=values[used], s=size, cmap="cividis", norm=_scale(values), linewidths=0)
-            above.scatter(x[~used], y[~used], c=EXCLUDED, s=size / 2, marker="x")
+            dots = above.scatter(x[used], y[used], c=values[used], s=size, cmap=VALUES, norm=_scale(values), linewidths=0)
+            cross_out(above, x[~used], y[~used], size)
             above.plot(*own.star, "*", color=MARK, markersize=12)
             above.set_aspect("equal")
             above.set_ylabel(own.labels[1])
@@ -144,11 +150,15 @@ def _page(result: Atlas, path: Path) -> None:
     angles = np.degrees(np.stack([result.places.tilt, result.places.roll], axis=1))
     for k, (entry, one) in enumerate(zip(result.entries, result.worst, strict=True)):
         unit, panel, own = unit_of_least(entry), _Panel.of(result, k), {"row": 1, "col": k + 1}
+        if panel.y is not None:
+            missed = ~np.isfinite(panel.values)
+            page.add_trace(crosses(panel.x[missed], panel.y[missed], listed=k == 0), **own)
+            panel = panel.where(~missed)
         x, y, values = panel.x, panel.y, panel.values
         data = np.column_stack([angles[panel.points], values, result.at_frequency[panel.points, k]])
         hover = "tilt %{customdata[0]:.4g}°, roll %{customdata[1]:.4g}°<br>%{customdata[2]:.4g} " + unit.written
         hover += " at %{customdata[3]:.5g} Hz<extra></extra>"
-        marker = {"size": 9} if y is None else {"color": np.log10(values), "colorscale": "Cividis", "size": 9}
+        marker = {"size": 9} if y is None else {"color": np.log10(values), "colorscale": VALUES, "size": 9}
         page.add_trace(
             go.Scatter(
                 x=x, y=values if y is None else y, mode="lines+markers" if y is None else "markers", marker=marker,
@@ -175,4 +185,5 @@ def _page(result: Atlas, path: Path) -> None:
         page.update_yaxes(type="log", title_text=_response(entry), **own)
         page.update_xaxes(title_text="frequency, Hz", **own)
     page.update_layout(title="<br>".join(_title(result)), template="simple_white", height=820, width=max(460 * count, 760))
+    page.update_layout(legend={"orientation": "h", "x": 1, "xanchor": "right", "y": 1.06, "yanchor": "bottom"})
     page.write_html(path, include_plotlyjs=True, full_html=True)

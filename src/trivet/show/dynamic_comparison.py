@@ -7,8 +7,9 @@ from typing import Any
 
 from trivet.files import replacing
 from trivet.show import comparison as static
-from trivet.show.comparison import SERIES
+from trivet.show.comparison import LETTER, SERIES
 from trivet.show.maps import check_suffix
+from trivet.show.names import broken
 from trivet.show.palette import VERMILLION
 from trivet.study.dynamic_comparison import TRANSLATIONS, DynamicComparison
 from trivet.study.whole_comparison import WholeComparison
@@ -86,7 +87,17 @@ def plot(canvas: Any, result: DynamicComparison) -> None:
 
     tall = height(result)
     canvas.suptitle(title(result), y=1 - 0.12 / tall)
-    grid = canvas.add_gridspec(1, 3, left=0.07, right=0.98, top=1 - 0.65 / tall, bottom=0.95 / tall, wspace=0.08)
+    names = [broken(name, 24, 3) for name in result.names]
+    wide = LETTER * max(len(line) for name in names for line in name.split("\n"))
+    grid = canvas.add_gridspec(
+        1,
+        3,
+        left=(0.25 + wide) / canvas.bbox.width * canvas.dpi,
+        right=0.98,
+        top=1 - 0.65 / tall,
+        bottom=0.95 / tall,
+        wspace=0.08,
+    )
     for k, axis in enumerate(TRANSLATIONS):
         axes = canvas.add_subplot(grid[k], sharex=canvas.axes[-1] if k else None)
         axes.use_sticky_edges = False
@@ -94,7 +105,7 @@ def plot(canvas: Any, result: DynamicComparison) -> None:
             _plot_row(axes, result, name, axis, row)
         axes.set_xscale("log")
         axes.set_ylim(len(result.names) - 0.4, -0.7)
-        axes.set_yticks(range(len(result.names)), result.names if k == 0 else [""] * len(result.names))
+        axes.set_yticks(range(len(result.names)), names if k == 0 else [""] * len(names), fontsize=9)
         axes.grid(axis="x", color="#E5E5E5", linewidth=0.8)
         axes.set_axisbelow(True)
         axes.set_title(f"along {axis}", fontsize=11)
@@ -130,13 +141,14 @@ def page(result: DynamicComparison) -> Any:
     import plotly.graph_objects as go
     from plotly.subplots import make_subplots
 
+    names = {name: broken(name, 24, 3).replace("\n", "<br>") for name in result.names}
     figure = make_subplots(rows=1, cols=3, shared_yaxes=True, subplot_titles=[f"along {axis}" for axis in TRANSLATIONS])
     for column, axis in enumerate(TRANSLATIONS, 1):
         for row, name in enumerate(result.names):
             found = values(result, name, axis)
             marker = {"symbol": "line-ns-open", "size": 16, "color": SERIES[row % len(SERIES)], "line": {"width": 2}}
             figure.add_trace(
-                go.Scatter(x=list(found.values()), y=[name] * len(found), mode="lines+markers", marker=marker, name=name,
+                go.Scatter(x=list(found.values()), y=[names[name]] * len(found), mode="lines+markers", marker=marker, name=name,
                            text=list(found), showlegend=False, line={"width": 1},
                            hovertemplate="%{text}: %{x:.4g} N/µm<extra></extra>"),
                 row=1, col=column,
@@ -145,14 +157,14 @@ def page(result: DynamicComparison) -> Any:
         known = [(name, p / 1e6) for name in result.names if (p := result.published(name, axis)) is not None]
         colours = [SERIES[k % len(SERIES)] for k in range(len(result.names))]
         figure.add_trace(
-            go.Scatter(x=described, y=result.names, mode="markers", name="as described", legendgroup="own",
+            go.Scatter(x=described, y=list(names.values()), mode="markers", name="as described", legendgroup="own",
                        showlegend=column == 1,
                        marker={"size": 11, "color": colours, "line": {"width": 1, "color": "black"}},
                        hovertemplate="as described: %{x:.4g} N/µm<extra></extra>"),
             row=1, col=column,
         )  # fmt: skip
         figure.add_trace(
-            go.Scatter(x=[p for _, p in known], y=[name for name, _ in known], mode="markers", name="published",
+            go.Scatter(x=[p for _, p in known], y=[names[name] for name, _ in known], mode="markers", name="published",
                        legendgroup="published", showlegend=column == 1 and bool(known),
                        marker={"symbol": "diamond-open", "size": 11, "color": VERMILLION, "line": {"width": 2}},
                        hovertemplate="published: %{x:.4g} N/µm<extra></extra>"),

@@ -11,11 +11,15 @@ import numpy as np
 from trivet.errors import InputError
 from trivet.files import replacing
 from trivet.kinematics.mode import mode_words
+from trivet.show.palette import GREY, VALUES
 from trivet.statics.objective import objective
 from trivet.study.stiffness_map import StiffnessMap
 
 SUFFIXES = (".png", ".html")
-EXCLUDED = "#B0B0B0"
+NOT_REACHED = "not reached"
+
+BETWEEN = 0.09
+"""From panel to panel of a page, with room for the colours of the one and the numbers of the other; a part of its width."""
 
 
 def check_suffix(path: str | os.PathLike[str]) -> str:
@@ -85,17 +89,33 @@ def _picture(result: StiffnessMap, quantities: tuple[str, ...], columns: int, pa
 
 
 def scatter_map(axes: Any, result: StiffnessMap, values: Any, limits: tuple[float, float] | None = None) -> Any:
-    """One coloured map of values (n,) on matplotlib axes; points that are not reached are grey crosses.  Gives the dots."""
+    """One coloured map of values (n,) on matplotlib axes; points that are not reached are crosses.  Gives the dots."""
     x, y = result.surface.position[:, 0] * 1e3, result.surface.position[:, 1] * 1e3
     used = np.isfinite(values)
     size = 9000 / max(len(values), 100)
     low, high = limits if limits is not None else (None, None)
-    dots = axes.scatter(x[used], y[used], c=values[used], s=size, cmap="cividis", vmin=low, vmax=high, linewidths=0)
-    axes.scatter(x[~used], y[~used], c=EXCLUDED, s=size / 2, marker="x")
+    dots = axes.scatter(x[used], y[used], c=values[used], s=size, cmap=VALUES, vmin=low, vmax=high, linewidths=0)
+    cross_out(axes, x[~used], y[~used], size)
     axes.set_aspect("equal")
     axes.set_xlabel("x, mm")
     axes.set_ylabel("y, mm")
     return dots
+
+
+def cross_out(axes: Any, x: Any, y: Any, size: float) -> None:
+    """Points without a value on matplotlib axes, beside dots of a size, and what they mean."""
+    if len(x):
+        axes.scatter(x, y, c=GREY, s=size / 2, marker="x", label=NOT_REACHED)
+        axes.legend(loc="upper right", fontsize=8, handletextpad=0.2, borderpad=0.3)
+
+
+def crosses(x: Any, y: Any, *, listed: bool = True) -> Any:
+    """Points without a value as a trace of plotly, in its legend where `listed`."""
+    import plotly.graph_objects as go
+
+    marker = {"symbol": "x-thin", "size": 7, "line": {"width": 1.5, "color": GREY}}
+    look = {"mode": "markers", "marker": marker, "name": NOT_REACHED, "legendgroup": NOT_REACHED}
+    return go.Scatter(x=x, y=y, showlegend=listed and len(x) > 0, hovertemplate=f"{NOT_REACHED}<extra></extra>", **look)
 
 
 def _page(result: StiffnessMap, quantities: tuple[str, ...], path: Path) -> None:
@@ -103,15 +123,20 @@ def _page(result: StiffnessMap, quantities: tuple[str, ...], path: Path) -> None
     from plotly.subplots import make_subplots
 
     panels = _panels(result, quantities)
-    page = make_subplots(rows=1, cols=len(panels), subplot_titles=[f"{n}, {u}" for n, _, u in panels], horizontal_spacing=0.08)
+    page = make_subplots(
+        rows=1, cols=len(panels), subplot_titles=[f"{n}, {u}" for n, _, u in panels], horizontal_spacing=BETWEEN
+    )
     x, y = result.surface.position[:, 0] * 1e3, result.surface.position[:, 1] * 1e3
+    wide = (1 - BETWEEN * (len(panels) - 1)) / len(panels)
     for k, (name, values, unit) in enumerate(panels, 1):
-        bar = {"x": k / len(panels) - 0.02, "len": 0.8, "thickness": 10}
+        bar = {"x": k * wide + (k - 1) * BETWEEN, "len": 0.9, "thickness": 10}
+        missed = ~np.isfinite(values)
+        page.add_trace(crosses(x[missed], y[missed], listed=k == 1), row=1, col=k)
         page.add_trace(
             go.Scatter(
-                x=x, y=y, mode="markers", showlegend=False,
-                marker={"color": values, "colorscale": "Cividis", "colorbar": bar, "size": 9},
-                customdata=np.degrees(np.stack([result.surface.tilt, result.best.roll], axis=1)),
+                x=x[~missed], y=y[~missed], mode="markers", showlegend=False,
+                marker={"color": values[~missed], "colorscale": VALUES, "colorbar": bar, "size": 9},
+                customdata=np.degrees(np.stack([result.surface.tilt, result.best.roll], axis=1))[~missed],
                 hovertemplate="x %{x:.3g} mm, y %{y:.3g} mm<br>tilt %{customdata[0]:.4g}°, roll %{customdata[1]:.4g}°<br>"
                 f"{name} %{{marker.color:.5g}} {unit}<extra></extra>",
             ),
@@ -121,4 +146,5 @@ def _page(result: StiffnessMap, quantities: tuple[str, ...], path: Path) -> None
         page.update_xaxes(title_text="x, mm", row=1, col=k)
     page.update_yaxes(title_text="y, mm", row=1, col=1)
     page.update_layout(title=_title(result), template="simple_white", height=480, width=420 * len(panels))
+    page.update_layout(legend={"orientation": "h", "x": 1, "xanchor": "right", "y": 1.12, "yanchor": "bottom"})
     page.write_html(path, include_plotlyjs=True, full_html=True)

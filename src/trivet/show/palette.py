@@ -14,6 +14,9 @@ ORANGE, VERMILLION, YELLOW, BLACK = "#E69F00", "#D55E00", "#F0E442", "#000000"
 GRID, GREY = "#EBEBEB", "#8C8C8C"
 """Of lines behind curves, and of what stays behind the rest."""
 
+VALUES = "viridis"
+"""Of values in order; none of its colours is grey, which is for what has no value."""
+
 COLOURS: dict[Role, str] = {
     "link": BLUE,
     "actuated joint": ORANGE,

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from trivet.files import replacing
-from trivet.show.maps import EXCLUDED, check_suffix
+from trivet.show.maps import check_suffix, cross_out, crosses
+from trivet.show.palette import VALUES
 from trivet.study.singularity_map import SingularityMap
 
 CURVE = "#C8102E"
@@ -60,9 +61,9 @@ def _picture(result: SingularityMap, path: Path) -> None:
     x, y, _ = 1e3 * result.surface.position.T
     shown = ~np.isnan(values)
     size = 22000 / max(len(values), 100)
-    colours = "RdBu_r" if result.quantity in _SIGNED else "cividis"
+    colours = "RdBu_r" if result.quantity in _SIGNED else VALUES
     dots = axes.scatter(x[shown], y[shown], c=values[shown], s=size, cmap=colours, vmin=low, vmax=high, linewidths=0)
-    axes.scatter(x[~shown], y[~shown], c=EXCLUDED, s=size / 2, marker="x")
+    cross_out(axes, x[~shown], y[~shown], size)
     for k, curve in enumerate(result.curves):
         across, up, _ = 1e3 * curve.surface.position.T
         axes.plot(across, up, color=CURVE, linewidth=2, label=None if k else "det J_x = 0")
@@ -79,10 +80,11 @@ def _page(result: SingularityMap, path: Path) -> None:
     import plotly.graph_objects as go
 
     values, label, (low, high) = _values(result)
-    colours = "RdBu_r" if result.quantity in _SIGNED else "Cividis"
+    colours = "RdBu_r" if result.quantity in _SIGNED else VALUES
     x, y, _ = 1e3 * result.surface.position.T
+    shown = ~np.isnan(values)
     marker = {
-        "color": values, "colorscale": colours, "cmin": low, "cmax": high, "size": 12,
+        "color": values[shown], "colorscale": colours, "cmin": low, "cmax": high, "size": 12,
         "colorbar": {"title": {"text": label, "side": "right"}, "thickness": 12},
     }  # fmt: skip
     hover = (
@@ -90,11 +92,12 @@ def _page(result: SingularityMap, path: Path) -> None:
     )
     page = go.Figure(
         go.Scatter(
-            x=x, y=y, mode="markers", marker=marker, showlegend=False,
-            customdata=np.degrees(np.stack([result.surface.tilt, result.roll], axis=1)),
+            x=x[shown], y=y[shown], mode="markers", marker=marker, showlegend=False,
+            customdata=np.degrees(np.stack([result.surface.tilt, result.roll], axis=1))[shown],
             hovertemplate=hover + "%{marker.color:.5g}<extra></extra>",
         )
     )  # fmt: skip
+    page.add_trace(crosses(x[~shown], y[~shown]))
     for k, curve in enumerate(result.curves):
         across, up, _ = 1e3 * curve.surface.position.T
         data = np.degrees(np.stack([curve.surface.tilt, curve.roll], axis=1))
