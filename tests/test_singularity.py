@@ -24,6 +24,7 @@ from trivet.space.vector import Vec
 from trivet.study.singularity import singularity_report
 from trivet.study.singularity_map import QUANTITIES, SingularityMap, singularity_map
 from trivet.study.zero_set import zero_set
+from trivet.views.singularity import tables
 
 
 def one(pose: Frame) -> Frame:
@@ -356,3 +357,15 @@ def test_the_tilt_margin_leads_to_a_singularity() -> None:
     every = np.linspace(0, 2 * np.pi, 25)[:-1, None]
     less = report._tilted(every, np.array([margin.angle - math.radians(1)])) * report.singularity.determinants.j_x
     assert np.all(less > 0)
+
+
+@pytest.mark.parametrize("at", [(0, 0, 0.125), (-0.018 + 1e-8, 0, 0.12)], ids=["no slope along it", "no slope"])
+def test_no_slope_is_no_proof(at: tuple[float, float, float]) -> None:
+    """On the axis of symmetry, and where a carriage flips, first order tells nothing: neither how near one is nor that none is."""
+    report = singularity_report("azulay", zyz_frame(at, 0, 0, 0))
+    (told,) = (table for table in tables(report) if getattr(table, "title", "") == "how near")
+    said = dict(zip(*(list(column.cells) for column in told.columns), strict=True))
+    flips = report.singularity.type == 1
+    words = "no estimate: " + ("det J_x has no slope here" if flips else "the slope of det J_x is about zero")
+    assert said["tilting about the centre, to a Type 2 singularity to first order"] == words
+    assert flips or report.tilt_margin.angle < math.radians(33), "there is one all the same"
