@@ -473,6 +473,16 @@ def test_machines_that_are_not_round_are_seen_from_all_sides() -> None:
     assert azimuths("azulay", held) == 36
 
 
+def test_how_far_machines_come_on_all_spheres_of_the_grid() -> None:
+    """Of one sphere, the most over all axes; what is nearest there is greatest as well, and told once."""
+    (row,) = chosen(["table-3-tilt"])
+    found = NearestTilt("nearest tilt", "radial", "radial", (0.1,), (0.008,), step=10.0).found(("azulay",), row.asked, nothing)
+    own = [one.value for one in found.ours if one.quantity == "tilt, no singularity crossed" and one.value is not None]
+    assert len(own) == 4
+    assert f"without crossing a singularity: azulay {np.degrees(max(own)):.0f}°." in found.notes[-2]
+    assert len(found.notes) == 4 + 2
+
+
 @given(st.floats(0.05, 0.15), st.floats(1.0, 17.0), st.sampled_from([0.3, 1.0]))
 def test_the_best_sphere_lies_between_those_of_the_grid(height: float, radius: float, weight: float) -> None:
     """Of a smooth valley, whose bottom may lie outside; never worse than the grid, and between its ends."""

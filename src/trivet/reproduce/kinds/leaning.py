@@ -103,20 +103,29 @@ class Leaning:
 
     def lean(self, sphere: Sphere) -> Lean | None:
         """The tilt with what lies on the way there; None as for `tilt`."""
+        tilt = self.tilt(sphere)
+        if tilt is None:
+            return None
+        one_sided, crossing = (min(tilt, self.from_upright(sphere, crossing=is_crossed)) for is_crossed in (False, True))
+        return Lean(sphere, tilt, one_sided, crossing, math.radians(self.step))
+
+    def from_upright(self, sphere: Sphere, *, crossing: bool = False) -> float:
+        """Greatest tilt of the grid (rad) to which ways lead from upright; zero where upright is not reached.
+
+        Args:
+            sphere: the sphere.
+            crossing: whether ways may cross singularities.
+        """
         import numpy as np
 
         from trivet.reach.tilt import inside, sides_of
 
-        tilt = self.tilt(sphere)
-        if self.looked is None or tilt is None:
-            return None
+        if self.looked is None:
+            return 0.0
         grid = self._grid(sphere)
         reached = inside(self.looked, grid).inside
-        one_sided, crossing = (
-            min(tilt, float(np.min(grid.tilts[_last(sides)])))
-            for sides in (sides_of(self.looked, grid, reached), reached.astype(float))
-        )
-        return Lean(sphere, tilt, one_sided, crossing, math.radians(self.step))
+        sides = reached.astype(float) if crossing else sides_of(self.looked, grid, reached)
+        return float(np.min(grid.tilts[_last(sides)]))
 
     @cached_property
     def looked(self) -> Looked | None:

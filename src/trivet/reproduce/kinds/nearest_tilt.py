@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
@@ -28,6 +29,8 @@ class Best(NamedTuple):
     """By what is told, one of WAYS; None where no sphere is reached, or nothing published."""
     poles: set[Sphere]
     """Spheres of the grid whose pole is reached."""
+    one_sided: float
+    """How far it comes from upright on any of them without crossing a singularity, rad."""
 
 
 @dataclass(frozen=True)
@@ -70,11 +73,15 @@ class NearestTilt:
             for name in machines
             for row in rows_of(told, name, f"{axis}, {where}", best[axis, name].leans[told])
         ]
-        notes = [lean.words(f"{name}, {told}") for told in WAYS for (_, name), own in best.items() if (lean := own.leans[told])]
+        leans = ((name, own.leans[told]) for told in WAYS for (_, name), own in best.items())
+        notes = dict.fromkeys(lean.words(name) for name, lean in leans if lean)
+        far = {name: max(best[axis, name].one_sided for axis in axes) for name in machines}
+        words = ", ".join(f"{name} {math.degrees(own):.0f}°" for name, own in far.items())
+        ways = f"From upright, over all spheres of the grid and with all axes, without crossing a singularity: {words}."
         together = sum(len(set.intersection(*(best[axis, name].poles for name in machines))) for axis in axes)
         cases = len(axes) * len(self.heights) * len(self.radii)
         last = f"Of {cases} spheres and axes of the grid {together} are reached at their pole by all {len(machines)} machines."
-        return Found(tuple(rows), notes=(*notes, last))
+        return Found(tuple(rows), notes=(*notes, ways, last))
 
     def _best(self, leaning: Leaning, wanted: Number | None) -> Best:
         tilt = cache(leaning.tilt)
@@ -85,7 +92,8 @@ class NearestTilt:
         spheres = {told: best_sphere(tilt, miss, *grid) for told, miss in misses.items()}
         leans = {told: None if (sphere := spheres.get(told)) is None else leaning.lean(sphere) for told in WAYS}
         every = (Sphere(leaning.neutral, *case) for case in product(self.heights, self.radii))
-        return Best(leans, {sphere for sphere in every if tilt(sphere) is not None})
+        poles = {sphere for sphere in every if tilt(sphere) is not None}
+        return Best(leans, poles, max(map(leaning.from_upright, poles), default=0.0))
 
 
 def _apart(wanted: float, value: float) -> float:
