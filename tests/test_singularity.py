@@ -361,7 +361,7 @@ def test_the_tilt_margin_leads_to_a_singularity() -> None:
 
 @pytest.mark.parametrize("at", [(0, 0, 0.125), (-0.018 + 1e-8, 0, 0.12)], ids=["no slope along it", "no slope"])
 def test_no_slope_is_no_proof(at: tuple[float, float, float]) -> None:
-    """On the axis of symmetry, and where a carriage flips, first order tells nothing: neither how near one is nor that none is."""
+    """On an axis of symmetry, and where a carriage flips, first order tells neither how near one is nor that there is none."""
     report = singularity_report("azulay", zyz_frame(at, 0, 0, 0))
     (told,) = (table for table in tables(report) if getattr(table, "title", "") == "how near")
     said = dict(zip(*(list(column.cells) for column in told.columns), strict=True))
