@@ -163,7 +163,7 @@ def file(folder: Path, text: str, name: str = "machine.toml") -> str:
 
 
 FILES: dict[str, tuple[bytes, tuple[str, ...]]] = {
-    "empty": (b"", ("about: this key is needed and missing (and 3 more)",)),
+    "empty": (b"", ("about: this key is needed and missing; also ", "; also home: this key is needed and missing")),
     "not UTF-8": (b'title = "\xff"', ("is not UTF-8 text; a machine file is TOML",)),
     "syntax": (b"format = 1\n[about\n", ("is not TOML: ", "line 2")),
     "key twice": (b"format = 1\nformat = 1\n", ("is not TOML: ", "line 2")),

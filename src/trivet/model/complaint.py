@@ -25,6 +25,9 @@ _WANTED = {
     "tuple_type": "a list",
 }
 
+MOST, LONGEST = 10, 800
+"""Complaints, and letters, of one line."""
+
 VECTORS = frozenset({"at", "centre", "centre_of_mass", "end", "origin", "position", "size", "start", "tool_tip", "vector"})
 """Keys of lists of x, y and z."""
 
@@ -37,13 +40,17 @@ _BOUNDS = {
 
 
 def one_complaint(error: ValidationError, document: dict[str, Any], kind: Any = Machine) -> str:
-    """The most telling of pydantic's complaints about a document, as one line with the key path, the value and the remedy;
-    `kind` is what the document should be."""
+    """Pydantic's complaints about a document in one line, the most telling one first, each with the key path, the value and the
+    remedy, as far as they fit; `kind` is what the document should be."""
     found = error.errors(include_url=False)
     # A misspelled key shows up twice, as unknown and as missing; the unknown one names the mistake.
     found.sort(key=lambda e: e["type"] == "missing")
-    more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-    return _sentence(found[0], document, kind) + more
+    line, *others = dict.fromkeys(_sentence(one, document, kind) for one in found[:MOST])
+    for told, other in enumerate(others, 1):
+        if len(line) + len(other) > LONGEST:
+            return f"{line} (and {len(found) - told} more)"
+        line = f"{line}; also {other}"
+    return line if len(found) <= MOST else f"{line} (and {len(found) - MOST} more)"
 
 
 def _sentence(first: Any, document: dict[str, Any], whole: Any) -> str:
@@ -52,7 +59,8 @@ def _sentence(first: Any, document: dict[str, Any], whole: Any) -> str:
     if kind in ("unexpected_keyword_argument", "extra_forbidden"):
         return f"{path}: unknown key{nearest(str(keys[-1]), _fields_at(document, keys[:-1], whole))}"
     if kind == "missing" and isinstance(keys[-1], int):
-        return f"{join(document, keys[:-1])}: {shown(first['input'])} has too few entries"
+        remedy = "; x, y and z are needed" if keys[-2:-1] and keys[-2] in VECTORS else ""
+        return f"{join(document, keys[:-1])}: {shown(first['input'])} has too few entries{remedy}"
     if kind == "missing":
         return f"{path}: this key is needed and missing"
     if kind == "union_tag_not_found":

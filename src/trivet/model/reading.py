@@ -18,7 +18,7 @@ from trivet.model.complaint import one_complaint
 from trivet.model.elements import KEYS
 from trivet.model.machine import Machine, Status, adapter
 from trivet.model.paths import Key, find, join, put
-from trivet.model.toml import check_depth, parse_toml, read_bytes
+from trivet.model.toml import check_depth, files_near, parse_toml, read_bytes
 
 _FILE = "a machine file"
 _MOST_PARENTS = 4
@@ -61,7 +61,9 @@ def _document(name: str, below: tuple[str, ...] = ()) -> dict[str, Any]:
     if len(below) > _MOST_PARENTS:
         raise InputError(f"{name}: a variant of a variant more than {_MOST_PARENTS} times over")
     if not is_file and name not in catalogue():
-        raise InputError(f"{name}: no machine of this name in the catalogue{nearest(name, catalogue())} (a file ends in .toml)")
+        raise InputError(f"{name}: no machine of this name in the catalogue{_meant(name)}")
+    if name.removesuffix(".toml") in catalogue() and is_file and not os.path.exists(name):
+        raise InputError(f"{name}: no such file; the machine of the catalogue is called '{name.removesuffix('.toml')}'")
     data = read_bytes(name, _FILE) if is_file else resources.files("trivet.catalog").joinpath(f"{name}.toml").read_bytes()
     document = parse_toml(name, data, _FILE)
     if is_file:
@@ -83,6 +85,14 @@ def _document(name: str, below: tuple[str, ...] = ()) -> dict[str, Any]:
     except InputError as error:
         raise InputError(f"{name}: set: {error}") from None
     return base | document
+
+
+def _meant(name: str) -> str:
+    """What may have been meant by a name that is neither of the catalogue nor of a file."""
+    whole = [path for path in (f"{name}.toml", f"{os.path.splitext(name)[0]}.toml") if os.path.isfile(path)]
+    if whole:
+        return f"; did you mean the file '{whole[0]}'?"
+    return f"{nearest(name.lower(), {*catalogue(), *files_near(name)})} (trivet list tells all; a file ends in .toml)"
 
 
 def _anchor(node: Any, folder: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 import tomllib
 from pathlib import Path
@@ -38,11 +39,26 @@ def read_bytes(name: str, what: str) -> bytes:
             data = stream.read(LARGEST_FILE + 1)
     except InputError:
         raise
+    except FileNotFoundError as error:
+        near = " or ".join(f"'{path}'" for path in files_near(name))
+        hint = f"; did you mean {near}?" if near else ""
+        raise InputError(f"{name}: cannot be read: {error.strerror}{hint}") from None
     except (OSError, ValueError) as error:  # ValueError: a name that no file can have
         raise InputError(f"{name}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
     if len(data) > LARGEST_FILE:
         raise InputError(f"{name}: larger than {LARGEST_FILE} bytes; {what} holds a few thousand")
     return data
+
+
+def files_near(name: str) -> list[str]:
+    """Paths of at most two TOML files whose names are nearly a given one, in its folder."""
+    folder, own = os.path.split(name)
+    try:
+        listed = {entry.lower(): entry for entry in os.listdir(folder or ".") if entry.lower().endswith(".toml")}
+    except (OSError, ValueError):
+        return []
+    near = difflib.get_close_matches(own.lower(), sorted(listed), n=2, cutoff=0.7)
+    return [os.path.join(folder, listed[entry]) for entry in near]
 
 
 def parse_toml(name: str, data: bytes, what: str) -> dict[str, Any]:

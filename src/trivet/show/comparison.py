@@ -164,7 +164,8 @@ def page(result: Comparison) -> Any:
         rows = [d for d in result.deviations if d.quantity == quantity]
         figure.add_trace(
             go.Scatter(x=[names[d.machine] for d in rows], y=[d.published / 1e6 for d in rows], mode="markers",
-                       name="published mean", legendgroup="published", showlegend=column == 1 and bool(rows), text=[d.source for d in rows],
+                       name="published mean", legendgroup="published", showlegend=column == 1 and bool(rows),
+                       text=[d.source for d in rows],
                        marker={"symbol": "diamond-open", "size": 10, "color": VERMILLION, "line": {"width": 2}}),
             row=1, col=column,
         )  # fmt: skip
