@@ -27,8 +27,11 @@ Triple = tuple[float, float, float]
 _NONE: Triple = (0.0, 0.0, 0.0)
 
 
-def expanded(command: Callable[..., None]) -> Callable[..., None]:
-    """A command as typer takes it: every parameter whose type is one of the groups below spread into its options."""
+def expanded(command: Callable[..., None], *, silent: bool = False) -> Callable[..., None]:
+    """A command as typer takes it: every parameter whose type is one of the groups below spread into its options.
+
+    A sign of life shows until it says something; unless it is `silent` until then, since it does not speak by `output`.
+    """
     hints = get_type_hints(command, include_extras=True)
     groups: dict[str, Any] = {name: hint for name, hint in hints.items() if is_dataclass(hint)}
     parameters: list[inspect.Parameter] = []
@@ -37,8 +40,10 @@ def expanded(command: Callable[..., None]) -> Callable[..., None]:
         parameters += _options(groups[name]) if name in groups else [single]
 
     def call(**values: Any) -> None:
+        quiet = bool(values.get("as_json", False))
         made = {name: group(**{f.name: values.pop(f.name) for f in fields(group)}) for name, group in groups.items()}
-        command(**made, **values)
+        with output.starting(silent or quiet):
+            command(**made, **values)
 
     call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     call.__annotations__ = {p.name: p.annotation for p in parameters}
@@ -283,7 +288,7 @@ class Output:
 
     def give(self, result: Any, view: Any, *more: Any) -> None:
         """Draw a result and print it, in this order: who reads may stop reading."""
-        output.draw(result, self.figure or [], self.overwrite)
+        output.draw(result, self.figure or [], self.overwrite, self.as_json)
         self.say(result, view, *more)
 
 
@@ -301,7 +306,7 @@ class DataOutput(Output):
         return Output(self.figure, self.overwrite, self.as_json)
 
     def give(self, result: Any, view: Any, *more: Any) -> None:
-        output.draw(result, self.figure or [], self.overwrite)
+        output.draw(result, self.figure or [], self.overwrite, self.as_json)
         if self.data is not None:
             output.save(result, self.data, self.overwrite)
         self.say(result, view, *more)

@@ -33,14 +33,16 @@ def check_files(figures: list[str], data: str | None, overwrite: bool) -> None:
         check_writable(path, overwrite=overwrite)
 
 
-def draw(result: Any, paths: list[str], overwrite: bool) -> None:
+def draw(result: Any, paths: list[str], overwrite: bool, quiet: bool) -> None:
     """Draw a result into files."""
     if not paths:
         return
-    from trivet.show.figure import figure
+    with busy("drawing", quiet):
+        from trivet.show.figure import figure
 
     for path in paths:
-        figure(result, path, overwrite=overwrite)
+        with busy(f"drawing {path}", quiet):
+            figure(result, path, overwrite=overwrite)
         wrote(path)
 
 
@@ -54,11 +56,13 @@ def save(result: Any, path: str, overwrite: bool) -> None:
 
 def wrote(path: str) -> None:
     """Say which file there is now."""
+    settle()
     print(f"wrote {path}", file=sys.stderr)
 
 
 def warn(text: str) -> None:
     """Say what the user should know about what was made."""
+    settle()
     print(f"trivet: warning: {text}", file=sys.stderr)
 
 
@@ -75,7 +79,13 @@ def warn_of_home(machine: Machine, mode: str | None = None) -> None:
 
 def print_json(value: Any) -> None:
     """Print JSON."""
-    typer.echo(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))
+    say(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))
+
+
+def say(text: str, newline: bool = True) -> None:
+    """Print text as it is."""
+    settle()
+    typer.echo(text, nl=newline)
 
 
 def print_parts(parts: Iterable[Any]) -> None:
@@ -83,6 +93,7 @@ def print_parts(parts: Iterable[Any]) -> None:
     from rich.console import Console
     from rich.text import Text
 
+    settle()
     # A pipe gets whole lines, not a terminal's width of them; a narrow terminal breaks lines, which is better than cut numbers.
     console = Console(highlight=False, soft_wrap=False)
     console = Console(highlight=False, width=max(console.width, 110) if console.is_terminal else 160)
@@ -91,33 +102,81 @@ def print_parts(parts: Iterable[Any]) -> None:
         console.print()
 
 
+class _Starting:
+    """The sign of life of a command that has not said anything yet."""
+
+    shown: Any = None
+
+
+@contextmanager
+def starting(quiet: bool) -> Iterator[None]:
+    """A sign of life from the start on, while libraries are read and kernels compiled, until the command says something."""
+    if not quiet and sys.stderr is not None and sys.stderr.isatty():
+        from rich.console import Console
+        from rich.live import Live
+        from rich.spinner import Spinner
+
+        console = Console(stderr=True)
+        # What goes to the standard output stays there, and whoever is interrupted keeps a cursor.
+        spinner = Spinner("dots", "getting ready …")
+        _Starting.shown = Live(spinner, console=console, transient=True, redirect_stdout=False, redirect_stderr=False)
+        _Starting.shown.start()
+        console.show_cursor(True)
+    try:
+        yield
+    finally:
+        settle()
+
+
+def settle() -> None:
+    """Take the first sign of life away."""
+    if _Starting.shown is not None:
+        _Starting.shown.stop()
+        _Starting.shown = None
+
+
 def busy(doing: str, quiet: bool) -> Any:
     """A sign of life for work that cannot say how far it is; the first run of a kind of machine compiles kernels."""
     from rich.console import Console
 
+    settle()
     return Console(stderr=True, quiet=quiet or not sys.stderr.isatty()).status(f"{doing} …")
+
+
+def counted(done: int, total: int | None) -> str:
+    """How many are done, and of how many where that is known."""
+    return str(done) if total is None else f"{done} of {total}"
+
+
+_FIRST = "getting ready"
 
 
 @contextmanager
 def progress(quiet: bool, unit: str = "points") -> Iterator[Callable[..., None]]:
-    """A bar per name; gives what is called with a name and how many are done (of how many, where that is known)."""
+    """A bar per name; gives what is called with a name and how many are done (of how many, where that is known).
+
+    Until it is called first there is a bar that says no more than that something goes on.
+    """
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}"),
         BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn(unit),
+        TextColumn("{task.fields[count]}"),
         TimeElapsedColumn(),
     )
     tasks: dict[str, Any] = {}
+    settle()
     with Progress(*columns, console=Console(stderr=True), transient=True, disable=quiet or not sys.stderr.isatty()) as bar:
+        tasks[_FIRST] = bar.add_task(_FIRST, total=None, count="")
 
         def advance(name: str, done: int, total: int | None = None) -> None:
+            if _FIRST in tasks:
+                bar.remove_task(tasks.pop(_FIRST))
             if name not in tasks:
-                tasks[name] = bar.add_task(name, total=total)
-            bar.update(tasks[name], completed=done, total=total)
+                tasks[name] = bar.add_task(name, total=total, count="")
+            bar.update(tasks[name], completed=done, total=total, count=f"{counted(done, total)} {unit}".rstrip())
 
         yield advance

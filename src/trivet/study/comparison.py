@@ -133,7 +133,7 @@ def compare(
     height: float | None = None,
     rolls: int = 360,
     finer: int = 2,
-    progress: Callable[[str, int], None] = lambda machine, points: None,
+    progress: Callable[[str, int, int], None] = lambda machine, points, total: None,
 ) -> Comparison:
     """Compare machines over their workpiece hemispheres, each point with its best roll.
 
@@ -145,7 +145,7 @@ def compare(
         radius, height: of the hemisphere (m) for all machines; each machine's own workpiece when not given.
         rolls: rolls of the first grid.
         finer: refinement of the lattice for the convergence check; 1 leaves it out.
-        progress: called with machine name and points done.
+        progress: called with machine name, points done and of how many, those of the finer lattice among them.
 
     Raises:
         InputError: when one name stands for two machines.
@@ -162,6 +162,8 @@ def compare(
         raise InputError(f"finer: {finer}; expected 1 (no convergence check) to 10")
 
     def over(machine: Any, scale: int) -> StiffnessMap:
+        sizes = [len(surface_of(machine, steps * k, radius, height)) for k in dict.fromkeys((1, finer))]
+        before, total = (sizes[0] if scale > 1 else 0), sum(sizes)
         surface = surface_of(machine, steps * scale, radius, height)
         return stiffness_map(
             machine,
@@ -169,7 +171,7 @@ def compare(
             objective=objective,
             mode=mode,
             rolls=rolls,
-            progress=lambda points: progress(machine.name, points),
+            progress=lambda points: progress(machine.name, before + points, total),
         )
 
     maps: list[StiffnessMap] = []

@@ -32,6 +32,7 @@ def run(
     out: Output,
 ) -> None:
     """All poses that the machine can take with its drives at given coordinates, or at those of a pose."""
+    from trivet.kinematics.inverse import require_six_freedoms
     from trivet.study.forward import forward, parse_drives
     from trivet.views import forward as view
 
@@ -39,6 +40,7 @@ def run(
     out.check()
     given = parse_drives(chosen, drives, drive or [])
     with output.busy("finding all poses", out.as_json):
+        require_six_freedoms(chosen)
         start = at.frame(chosen) if drives else at.closing(chosen, mode)
         result = forward(chosen, given, start=start, mode=mode, anyway=anyway)
     out.give(result, view)

@@ -35,7 +35,7 @@ def run(
     out.check()
     if toml:
         # Published values speak of the catalogue's machine, not of the one which somebody makes of it.
-        typer.echo(to_text(chosen.renamed(chosen.name)), nl=False)
+        output.say(to_text(chosen.renamed(chosen.name)), newline=False)
     else:
         out.say(chosen, view)
     if out.figure:

@@ -47,5 +47,5 @@ def run(
         fitted = test.modes()
         found = correlate(chosen, setup, functions, fitted, loss_factor=test.loss_factor)
     shown = ShownCorrelation(found, tuple(found.numbers(entry)) if entry else None)
-    output.draw(MappedPoints(found.placed, functions), setup_figure or [], out.overwrite)
+    output.draw(MappedPoints(found.placed, functions), setup_figure or [], out.overwrite, out.as_json)
     out.give(shown, view)

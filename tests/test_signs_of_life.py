@@ -1,0 +1,71 @@
+"""Commands on a terminal show from the start on that they work, and leave nothing of it behind."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+from trivet import compare
+from trivet.cli.output import counted
+
+pty = pytest.importorskip("pty", reason="no pseudo-terminals here")
+
+
+def on_terminal(*arguments: str, stdout: Path | None = None) -> tuple[int, str]:
+    """Exit code of a command, and all that its terminal got; the standard output may go into a file."""
+    child, terminal = pty.fork()
+    if child == 0:
+        os.environ |= {"TERM": "xterm", "COLUMNS": "120"}
+        if stdout is not None:
+            os.dup2(os.open(stdout, os.O_WRONLY | os.O_CREAT), 1)
+        os.execv(sys.executable, [sys.executable, "-m", "trivet", *arguments])
+    told = b""
+    while True:
+        try:
+            piece = os.read(terminal, 65536)
+        except OSError:  # how Linux says that the other end is closed
+            break
+        if not piece:
+            break
+        told += piece
+    os.close(terminal)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), told.decode()
+
+
+def test_a_sign_comes_first_and_only_to_the_terminal(tmp_path: Path, trivet: object) -> None:
+    code, told = on_terminal("show", "azulay", "--toml", stdout=tmp_path / "mine.toml")
+    assert code == 0
+    assert "getting ready …" in told
+    assert (tmp_path / "mine.toml").read_text() == trivet("show", "azulay", "--toml")[1]  # type: ignore[operator]
+
+
+def test_a_sign_goes_away_with_the_answer() -> None:
+    code, told = on_terminal("pose", "nosuch")
+    first, answer = told.index("getting ready …"), told.index("trivet: nosuch: no machine")
+    assert (code, first < answer) == (2, True)
+    assert "getting ready" not in told[answer:]
+    shown, hidden = (told[: told.rindex("getting ready")].rfind(f"\x1b[?25{letter}") for letter in "hl")
+    assert shown > hidden  # whoever interrupts it has a cursor
+
+
+def test_json_is_silent() -> None:
+    code, told = on_terminal("list", "--json")
+    assert (code, told[:1], "getting ready" in told) == (0, "[", False)
+
+
+def test_how_far_a_comparison_is() -> None:
+    calls: list[tuple[str, int, int]] = []
+    compare("azulay", "azulay-196", steps=2, rolls=24, finer=2, progress=lambda *told: calls.append(told))
+    for name in ("azulay", "azulay-196"):
+        own = [(done, total) for machine, done, total in calls if machine == name]
+        assert {total for _, total in own} == {13 + 49}
+        assert [done for done, _ in own] == sorted({done for done, _ in own})
+        assert own[-1][0] == own[-1][1]
+
+
+def test_counts_never_ask() -> None:
+    assert counted(3, 7) == "3 of 7"
+    assert counted(317, None) == "317"
