@@ -188,7 +188,7 @@ NOTHING = [
     (("pose", "azulay", "--position", "0 mm, 0 mm, 500 mm"), "leg-1 cannot close"),
     (("pose", "azulay", "--position", "0 mm, 0 mm, 50 mm"), "above its limit of 65 mm"),
     (("map", "azulay", "--height", "400 mm", "--steps", "2"), "no point of the hemisphere"),
-    (("compare", "azulay", "eclipse", "--height", "121 mm", "--steps", "2"), "eclipse: no point"),
+    (("compare", "eclipse", "--height", "121 mm", "--steps", "2"), "eclipse: no point"),
 ]
 
 
