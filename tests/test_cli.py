@@ -40,6 +40,15 @@ def test_show_every_machine(trivet: Any, name: str, tmp_path: Path) -> None:
     assert "dimensions_SI" in json.loads(trivet("show", name, "--json")[1])
 
 
+def test_show_breaks_long_cells(trivet: Any) -> None:
+    """Within 100 letters where there is no terminal; the words are all there."""
+    out = trivet("show", "azulay")[1]
+    assert max(map(len, out.splitlines())) <= 100
+    told = " ".join(out.split())
+    assert "the box which bodies must stay clear of" in told
+    assert "beam section tube, material steel" in told
+
+
 def test_pose_says_everything(trivet: Any) -> None:
     options = ("pose", "azulay", "--position", "1 mm, 2 mm, 12 cm", "--tilt", "20 deg", "--force", "10 N, 0 N, 0 N", "--weight")
     code, out, _ = trivet(*options)

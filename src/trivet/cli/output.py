@@ -88,15 +88,16 @@ def say(text: str, newline: bool = True) -> None:
     typer.echo(text, nl=newline)
 
 
-def print_parts(parts: Iterable[Any]) -> None:
-    """Print tables and lines of text, a blank line after each."""
+def print_parts(parts: Iterable[Any], *, wrapped: bool = False) -> None:
+    """Print tables and lines, a blank line after each; `wrapped` within the terminal, or 100 letters where there is none."""
     from rich.console import Console
     from rich.text import Text
 
     settle()
     # A pipe gets whole lines, not a terminal's width of them; a narrow terminal breaks lines, which is better than cut numbers.
     console = Console(highlight=False, soft_wrap=False)
-    console = Console(highlight=False, width=max(console.width, 110) if console.is_terminal else 160)
+    widths = (console.width, 100) if wrapped else (max(console.width, 110), 160)
+    console = Console(highlight=False, width=widths[0 if console.is_terminal else 1])
     for part in parts:
         console.print(part if not isinstance(part, str) else Text(part))
         console.print()

@@ -21,6 +21,13 @@ def table(title: str, *columns: str, left: int = 1) -> Table:
     return made
 
 
+def wrapping(made: Table) -> Table:
+    """The same table, its last column broken into lines where the terminal is too narrow for it."""
+    made.columns[-1].no_wrap = False
+    made.columns[-1].overflow = "fold"
+    return made
+
+
 def more(rows: Table, count: int, shown: int) -> None:
     """A last row that tells of those which are not shown, where there are any."""
     if count > shown:

@@ -8,7 +8,7 @@ from typing import Any
 from trivet.kinematics.jacobian import is_driven
 from trivet.model import Machine, dimensions, document_of
 from trivet.model.elements import Curvilinear, Joint, Prismatic, Revolute, Spherical, Universal
-from trivet.views.layout import table
+from trivet.views.layout import table, wrapping
 from trivet.views.si import finite
 
 
@@ -45,7 +45,7 @@ def tables(machine: Machine) -> Iterator[Any]:
         for row in document["chains"][name]["elements"]:
             data = ", ".join(f"{k} {_plain(v)}" for k, v in row.items() if k not in ("name", "type") and v is not False)
             elements.add_row(row["name"], row["type"], data)
-        yield elements
+        yield wrapping(elements)
     rest = table("the rest", "key", "value", left=2)
     for key in ("platform", "home", "workpiece", "sections", "materials", "theory", "interference", "fixtures"):
         for path, value in _flat(document.get(key, {}), key):
@@ -54,13 +54,13 @@ def tables(machine: Machine) -> Iterator[Any]:
         for key in ("platform_joint", "base"):
             for path, value in _flat(chain.get(key, {}), f"{name}.{key}"):
                 rest.add_row(path, _plain(value))
-    yield rest
+    yield wrapping(rest)
     noted = [n for n in about.notes if n.status != "given"]
     if noted:
         sources = table("numbers that are not given by the source", "key", "status", "why", left=3)
         for note in noted:
             sources.add_row(note.path, note.status, note.source)
-        yield sources
+        yield wrapping(sources)
 
 
 def _flat(node: Any, path: str) -> list[tuple[str, Any]]:

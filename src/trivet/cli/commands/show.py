@@ -36,8 +36,10 @@ def run(
     if toml:
         # Published values speak of the catalogue's machine, not of the one which somebody makes of it.
         output.say(to_text(chosen.renamed(chosen.name)), newline=False)
+    elif out.as_json:
+        output.print_json(view.as_json(chosen))
     else:
-        out.say(chosen, view)
+        output.print_parts(view.tables(chosen), wrapped=True)
     if out.figure:
         _draw(chosen, at, mode, out)
     elif not toml:
