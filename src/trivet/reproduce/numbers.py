@@ -27,7 +27,7 @@ QUANTITIES = (
     Quantity("pure number", "", ""),
 )
 """What numbers are of; each has every unit that machine files may use for it."""
-SIGNS = {"deg": "°", "um": "µm", "^2": "²", "^3": "³"}
+SIGNS = {"N^2/um^2": "(N/um)^2", "deg": "°", "um": "µm", "^2": "²", "^3": "³"}
 """What people write for what is read."""
 
 
