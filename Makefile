@@ -17,6 +17,7 @@ help:
 compare: $(VENV)/.runtime
 	@mkdir -p trivet-results
 	$(BIN)/trivet compare --figure trivet-results/compare.png --figure trivet-results/compare.html --data trivet-results/compare.nc --overwrite
+	@echo "figures and data: trivet-results/compare.png, compare.html, compare.nc"
 
 test: $(VENV)/.dev
 	$(BIN)/ruff check

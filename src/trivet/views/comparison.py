@@ -13,6 +13,11 @@ from trivet.views.layout import table
 from trivet.views.si import finite
 from trivet.views.stiffness_map import points_table, statistics_json, statistics_table
 
+DEVIATION = (
+    "Deviation: ours less the published value, as a part of that. Sources leave numbers open, which our files fit or assume; "
+    "docs/replication.md tells which, and what that does."
+)
+
 
 def tables(result: Comparison) -> Iterator[Any]:
     """Statistics, published values, tests, convergence, caveats."""
@@ -27,6 +32,8 @@ def tables(result: Comparison) -> Iterator[Any]:
     for rows, view in ((result.deviations, _published), (result.tests, _tests), (result.convergence, _convergence)):
         if rows:
             yield view(result)
+        if rows is result.deviations and rows:
+            yield DEVIATION
     yield "\n".join(f"Mind: {caveat}" for caveat in result.caveats)
 
 

@@ -9,6 +9,7 @@ from rich.table import Table
 
 from trivet.study.dynamic_comparison import AS_DESCRIBED, TRANSLATIONS, DynamicComparison, MinimumStiffness
 from trivet.study.frf import Minimum
+from trivet.views.comparison import DEVIATION
 from trivet.views.layout import table
 from trivet.views.si import finite, minima_json
 
@@ -23,6 +24,7 @@ def tables(result: DynamicComparison) -> Iterator[Any]:
     yield _described(result)
     if result.deviations:
         yield _published(result)
+        yield DEVIATION
     if len(result.names) > 1:
         yield _orders(result)
     if result.variants:
