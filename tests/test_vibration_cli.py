@@ -225,6 +225,13 @@ def test_compare_adds_the_dynamic_half(trivet: Any, tmp_path: Path) -> None:
     assert re.search(r"azulay +0\.1144 +455\.5 .* 455\.6, 455\.6, 512\.1", out)
     assert re.search(r"alizade +Azulay et al\. 2014, Table 5 +D_zz +2\.0800 +0\.1068 +-95 %", out)
     assert "variant by variant" not in out
+    assert out.count("docs/replication.md tells") == 2
+    answer = [line.split() for line in out.rstrip().splitlines()[-6:]]
+    assert [words[0] for words in answer] == ["K_xx", "K_yy", "K_zz", "D_xx", "D_yy", "D_zz"]
+    for _, first, more, sign, second, less in answer:
+        assert {first, second} == {"azulay", "alizade"}
+        assert (sign, float(more) >= float(less)) == (">", True)
+    assert answer[3][1:3] == ["azulay", "0.1144"]
     with xr.open_dataset(tmp_path / "c.nc", group="alizade", engine="h5netcdf") as data:
         assert float(data.minimum_dynamic_stiffness.sel(variant="as described", axis="z")) == pytest.approx(106809.0, rel=1e-5)
         assert data.stiffness.sizes["point"] == 13
