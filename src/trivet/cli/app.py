@@ -31,11 +31,8 @@ def version(show: Annotated[bool, typer.Option("--version", help="Print the vers
         raise typer.Exit()
 
 
-SILENT = ("view",)
-"""Commands that speak by themselves."""
-
 for _name in NAMES:
-    app.command(_name)(expanded(importlib.import_module(f"trivet.cli.commands.{_name}").run, silent=_name in SILENT))
+    app.command(_name)(expanded(importlib.import_module(f"trivet.cli.commands.{_name}").run))
 
 measure = typer.Typer(help="Measured responses: read them, fit modes, compare them with a machine, correct its numbers.")
 for _name, _module in COMMANDS.items():

@@ -27,10 +27,10 @@ Triple = tuple[float, float, float]
 _NONE: Triple = (0.0, 0.0, 0.0)
 
 
-def expanded(command: Callable[..., None], *, silent: bool = False) -> Callable[..., None]:
+def expanded(command: Callable[..., None]) -> Callable[..., None]:
     """A command as typer takes it: every parameter whose type is one of the groups below spread into its options.
 
-    A sign of life shows until it says something; unless it is `silent` until then, since it does not speak by `output`.
+    A sign of life shows until it says something, unless that is for a program.
     """
     hints = get_type_hints(command, include_extras=True)
     groups: dict[str, Any] = {name: hint for name, hint in hints.items() if is_dataclass(hint)}
@@ -42,7 +42,7 @@ def expanded(command: Callable[..., None], *, silent: bool = False) -> Callable[
     def call(**values: Any) -> None:
         quiet = bool(values.get("as_json", False))
         made = {name: group(**{f.name: values.pop(f.name) for f in fields(group)}) for name, group in groups.items()}
-        with output.starting(silent or quiet):
+        with output.starting(quiet):
             command(**made, **values)
 
     call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable
 from datetime import UTC, datetime
 
-from trivet.model import to_text
+from trivet.model import fingerprint
 from trivet.report.document import Block, Document, Section, Table, Words
 from trivet.report.provenance import versions
 from trivet.report.telling import repeat
@@ -130,5 +129,5 @@ def percent(part: float | None) -> str:
 
 def _provenance(result: Reproduction, command: str) -> tuple[tuple[str, str], ...]:
     names = dict.fromkeys(name for outcome in result.outcomes for name in outcome.item.machines)
-    files = ((f"machine {name}", f"SHA-256 {hashlib.sha256(to_text(choose(name)).encode()).hexdigest()}") for name in names)
+    files = ((f"machine {name}", f"SHA-256 {fingerprint(choose(name))}") for name in names)
     return (("command", command), ("date", f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC"), *versions(), *files)

@@ -39,11 +39,11 @@ def inputs(item: Item) -> dict[str, str]:
 
     from pydantic import RootModel
 
-    from trivet.model import to_text
+    from trivet.model import fingerprint
     from trivet.study.machines import choose
 
     setting = RootModel[Any]((item.work, item.machines, item.values)).model_dump_json()
-    machines = {f"machine {name}": _hash(to_text(choose(name))) for name in item.machines}
+    machines = {f"machine {name}": fingerprint(choose(name)) for name in item.machines}
     return {VERSION: version("trivet"), CODE: _code(), SETTING: _hash(setting)} | machines
 
 

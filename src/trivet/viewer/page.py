@@ -82,6 +82,7 @@ class Page:
         self.state, self._build_number = state, 0
         self.failure: BaseException | None = None
         """The first thing that went wrong in a way that nobody foresaw."""
+        self.is_over = False
         self._build(state)
         server.on_client_connect(lambda client: self._look.show(client))
         self._follower: Worker[Asked] = Worker(self._follow, self.fail)
@@ -92,14 +93,14 @@ class Page:
         self._ask(state, "start")
 
     def end(self) -> None:
-        """Stop all work."""
+        """Stop all work; `is_over` tells whether all of it has stopped, or whether some goes on that takes long."""
         self._ended.set()
         workers = self._follower, self._student, self._runner
         for worker in workers:
             worker.end()
         until = time.monotonic() + PATIENCE
-        for worker in workers:
-            worker.join(until - time.monotonic())
+        over = [worker.join(until - time.monotonic()) for worker in workers]
+        self.is_over = all(over)
 
     @property
     def home(self) -> PoseNumbers:

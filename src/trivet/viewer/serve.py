@@ -7,7 +7,7 @@ import signal
 import sys
 import threading
 import webbrowser
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -16,6 +16,8 @@ from trivet.viewer.page import Page
 from trivet.viewer.state import State
 
 PORT = 8080
+LONGEST_END = 10.0
+"""After so many seconds (s) the end is not waited for any longer."""
 
 
 @contextmanager
@@ -47,15 +49,20 @@ def serving(
         close_server(server)
 
 
-def serve(state: State, port: int | None = None, is_dark: bool = False, in_browser: bool = True) -> None:
+def serve(state: State, port: int | None, is_dark: bool, in_browser: bool, tell: Callable[[str], None]) -> None:
     """Show a page until Ctrl-C; its thread must be the main one.
+
+    Args:
+        state, port, is_dark: as for `serving`.
+        in_browser: whether the page is opened.
+        tell: called with a line that says where it is.
 
     Raises:
         InputError: when somebody else listens on the port.
         SystemExit: when the process is told to end.
     """
     sys.setswitchinterval(1e-3)  # who drags must not wait for a study's turn
-    with serving(state, port, None, is_dark) as (address, _):
+    with serving(state, port, None, is_dark) as (address, page):
         ended, told = threading.Event(), [signal.SIGINT]
 
         def end(number: int, frame: object) -> None:
@@ -63,16 +70,30 @@ def serve(state: State, port: int | None = None, is_dark: bool = False, in_brows
                 os._exit(128 + number)
             told[0] = signal.Signals(number)
             ended.set()
+            late = threading.Timer(LONGEST_END, os._exit, (_code(told[0]),))  # whatever is stuck keeps nobody
+            late.daemon = True
+            late.start()
 
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, end)
-        print(f"{address}  (Ctrl-C ends it)", flush=True)
+        tell(f"{address}  (Ctrl-C ends it)")
         if in_browser and _has_screen():
             webbrowser.open(address)
         ended.wait()
-    if told[0] != signal.SIGINT:
-        raise SystemExit(128 + told[0])
-    print("trivet: the page is closed", file=sys.stderr)
+    code = _code(told[0])
+    if code == 0:
+        print("trivet: the page is closed", file=sys.stderr)
+    if not page.is_over:  # a thread that still compiles would abort the process where Python ends in good order
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)
+    if code:
+        raise SystemExit(code)
+
+
+def _code(number: signal.Signals) -> int:
+    """The exit code: Ctrl-C is how the page is meant to end."""
+    return 0 if number == signal.SIGINT else 128 + number
 
 
 def _has_screen() -> bool:

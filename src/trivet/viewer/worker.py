@@ -59,9 +59,10 @@ class Worker(Generic[T]):
             self._ended = True
             self._changed.notify_all()
 
-    def join(self, patience: float) -> None:
-        """Wait until it has stopped, but no longer than so many seconds."""
+    def join(self, patience: float) -> bool:
+        """Wait until it has stopped, but no longer than so many seconds; gives whether it has."""
         self._thread.join(timeout=max(patience, 0.0))
+        return not self._thread.is_alive()
 
     def _next(self) -> list[T]:
         with self._changed:

@@ -24,7 +24,7 @@ def run(
 ) -> None:
     """Show a machine: its chains, dimensions and where the numbers come from; with --figure a 3-D picture at any pose."""
     from trivet.errors import InputError
-    from trivet.model import to_text
+    from trivet.model import printed
     from trivet.views import machine as view
 
     chosen = choice.load()
@@ -35,7 +35,7 @@ def run(
     out.check()
     if toml:
         # Published values speak of the catalogue's machine, not of the one which somebody makes of it.
-        output.say(to_text(chosen.renamed(chosen.name)), newline=False)
+        output.say(printed(chosen), newline=False)
     elif out.as_json:
         output.print_json(view.as_json(chosen))
     else:

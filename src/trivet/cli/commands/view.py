@@ -8,6 +8,7 @@ import typer
 
 from trivet.cli import options as o
 from trivet.cli.groups import At, Model
+from trivet.cli.output import say
 
 
 def run(
@@ -33,4 +34,4 @@ def run(
     chosen = [model.of(choose(name, own)) for name in machines or ["azulay"]]
     place, angles = pose_numbers(chosen[0], *at.numbers())
     state = state_of(chosen, [mode, *(None for _ in chosen[1:])], PoseNumbers(*place, *angles))
-    serve(state, port, dark, not no_browser)
+    serve(state, port, dark, not no_browser, say)
