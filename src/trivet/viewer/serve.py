@@ -16,6 +16,8 @@ from trivet.viewer.page import Page
 from trivet.viewer.state import State
 
 PORT = 8080
+PULSE = 0.5
+"""How often (s) it is looked whether somebody ended it."""
 LONGEST_END = 10.0
 """After so many seconds (s) the end is not waited for any longer."""
 
@@ -79,7 +81,8 @@ def serve(state: State, port: int | None, is_dark: bool, in_browser: bool, tell:
         tell(f"{address}  (Ctrl-C ends it)")
         if in_browser and _has_screen():
             webbrowser.open(address)
-        ended.wait()
+        while not ended.wait(PULSE):  # a signal that came to another thread is heard by this one when it wakes
+            pass
     code = _code(told[0])
     if code == 0:
         print("trivet: the page is closed", file=sys.stderr)
