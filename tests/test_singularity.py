@@ -21,7 +21,7 @@ from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
 from trivet.space.surface import Surface, hemisphere
 from trivet.space.vector import Vec
-from trivet.study.singularity import singularity_report
+from trivet.study.singularity import SHIFTS, singularity_report
 from trivet.study.singularity_map import QUANTITIES, SingularityMap, singularity_map
 from trivet.study.zero_set import zero_set
 from trivet.views.singularity import tables
@@ -357,6 +357,19 @@ def test_the_tilt_margin_leads_to_a_singularity() -> None:
     every = np.linspace(0, 2 * np.pi, 25)[:-1, None]
     less = report._tilted(every, np.array([margin.angle - math.radians(1)])) * report.singularity.determinants.j_x
     assert np.all(less > 0)
+
+
+@pytest.mark.parametrize("name", ["azulay", "alizade"])
+def test_the_shift_margin_is_the_radius_of_the_platform_joints(name: str) -> None:
+    """Of these machines, level and in the middle: as far as the centre is from the axis, the three planes of the chains have a
+    line in common when it is as far as the joints are from the centre.  No slope tells of it."""
+    report = singularity_report(name)
+    margin, size = report.shift_margin, report.singularity.determinants.j_x
+    assert margin.length == pytest.approx(0.018, abs=1e-9)
+    along = np.array([margin.direction])
+    assert abs(report._shifted(along, np.array([[margin.length]]))[0, 0]) < 1e-9 * abs(size)
+    assert np.all(report._shifted(SHIFTS, np.array(0.99 * margin.length)) * size > 0)
+    assert report.singularity.distance.length > 2 * margin.length
 
 
 @pytest.mark.parametrize("at", [(0, 0, 0.125), (-0.018 + 1e-8, 0, 0.12)], ids=["no slope along it", "no slope"])

@@ -317,3 +317,26 @@ def test_the_command_serves_until_it_is_ended(tmp_path: Path, number: int) -> No
     assert "Traceback" not in err
     assert process.returncode == (0 if number == signal.SIGINT else 128 + number)
     assert list(tmp_path.iterdir()) == []
+
+
+INSIDE = """
+import os, signal, sys, threading, time
+from trivet.study.machines import choose
+from trivet.viewer.serve import serve
+from trivet.viewer.state import state_of
+armed = []
+def sent(own):
+    def waits(*given):
+        if armed and threading.current_thread() is threading.main_thread():
+            armed.clear()
+            os.kill(os.getpid(), signal.SIGTERM)
+        return own(*given)
+    return waits
+threading.Condition.wait, time.sleep = sent(threading.Condition.wait), sent(time.sleep)
+serve(state_of([choose("azulay")], [None]), None, False, False, lambda line: armed.append(line))
+"""
+"""The signal comes while the thread that gets it waits, and may hold what it waits by."""
+
+
+def test_a_signal_in_the_middle_of_waiting_ends_it() -> None:
+    assert subprocess.run([sys.executable, "-c", INSIDE], timeout=60, check=False).returncode == 128 + signal.SIGTERM

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import Any, NamedTuple
 
 import jax
@@ -20,8 +22,11 @@ from trivet.space.pose import zyz_angles, zyz_frame
 from trivet.space.vector import Vec
 from trivet.study.machines import MachineLike, choose
 
-DIRECTIONS, TILTS = 24, 90
-"""Directions in which the platform is tilted to find the next singularity, and steps to a right angle."""
+DIRECTIONS, STEPS = 24, 90
+"""Directions in which the platform is tilted to find the next singularity, and steps on each way."""
+SHIFTS = np.array([way for way in product((-1.0, 0.0, 1.0), repeat=3) if any(way)])
+SHIFTS /= np.linalg.norm(SHIFTS, axis=1, keepdims=True)
+"""(26, 3) directions in {O} in which the centre is moved to find it."""
 HALVINGS = 40
 
 
@@ -32,6 +37,15 @@ class TiltMargin(NamedTuple):
     """rad; found to rounding.  Infinite when there is none up to a right angle and as far as the chains reach."""
     azimuth: float
     """Direction of the tilt about the platform normal, from x of {E}, rad."""
+
+
+class ShiftMargin(NamedTuple):
+    """The smallest displacement of the platform centre, out of the directions `SHIFTS`, that leads to a Type 2 singularity."""
+
+    length: float
+    """m; found to rounding.  Infinite when there is none as far as the chains reach."""
+    direction: tuple[float, float, float]
+    """In {O}, of length one."""
 
 
 @dataclass(frozen=True)
@@ -54,34 +68,68 @@ class SingularityReport:
         if self.singularity.type >= 2:
             return TiltMargin(0.0, 0.0)
         azimuths = 2 * math.pi / DIRECTIONS * np.arange(DIRECTIONS)
-        steps = math.pi / 2 / TILTS * np.arange(TILTS + 1)
-        side = np.sign(self._tilted(azimuths[:, None], steps)[:, 1:] * self.singularity.determinants.j_x)
+        angle, way = self._met(lambda ways, angles: self._tilted(azimuths[ways], angles), DIRECTIONS, math.pi / 2)
+        return TiltMargin(angle, math.nan if math.isinf(angle) else float(azimuths[way]))
+
+    @cached_property
+    def shift_margin(self) -> ShiftMargin:
+        """How far the platform centre moves, the platform not turned, until the drives lose it."""
+        if self.singularity.type >= 2:
+            return ShiftMargin(0.0, (0.0, 0.0, 0.0))
+        centre = np.array(self.singularity.frame.origin, dtype=float)
+        feet = [np.array(leg.base_frame().origin, dtype=float) for leg in self.singularity.machine.legs]
+        farthest = max(float(np.linalg.norm(foot - centre)) for foot in feet)
+        length, way = self._met(lambda ways, lengths: self._shifted(SHIFTS[ways], lengths), len(SHIFTS), farthest)
+        x, y, z = (math.nan,) * 3 if math.isinf(length) else SHIFTS[way]
+        return ShiftMargin(length, (float(x), float(y), float(z)))
+
+    def _met(self, there: Callable[[NDArray[Any], NDArray[Any]], NDArray[Any]], count: int, most: float) -> tuple[float, int]:
+        """The least amount, up to `most`, at which det J_x vanishes on one of so many ways, and the number of that way.
+
+        Args:
+            there: det J_x on ways by their numbers and at amounts, which broadcast; NaN where a chain does not reach.
+            count: of ways.
+            most: amounts go in `STEPS` steps from zero to this.
+
+        Returns:
+            Infinity and 0 where it vanishes on none before the chains end.
+        """
+        here, steps = self.singularity.determinants.j_x, most / STEPS * np.arange(STEPS + 1)
+        side = np.sign(there(np.arange(count)[:, None], steps)[:, 1:] * here)
         crossed = side <= 0  # and False where a chain does not reach
         open_ways = np.cumsum(np.isnan(side), axis=1) == 0
-        first = np.where((crossed & open_ways).any(axis=1), (crossed & open_ways).argmax(axis=1), TILTS)
-        if first.min() == TILTS:
-            return TiltMargin(math.inf, math.nan)
-        ways = np.flatnonzero(first == first.min())
-        low, high = np.full(len(ways), steps[first.min()]), np.full(len(ways), steps[first.min() + 1])
-        for _ in range(HALVINGS):
+        first = np.where((crossed & open_ways).any(axis=1), (crossed & open_ways).argmax(axis=1), STEPS)
+        if first.min() == STEPS:
+            return math.inf, 0
+        numbers, met = np.arange(count), first == first.min()
+        low, high = np.full(count, steps[first.min()]), np.full(count, steps[first.min() + 1])
+        for _ in range(HALVINGS):  # all ways, so that there is one kernel however many are met
             middle = (low + high) / 2
-            ahead = self._tilted(azimuths[ways, None], middle[:, None])[:, 0] * self.singularity.determinants.j_x > 0
+            ahead = there(numbers[:, None], middle[:, None])[:, 0] * here > 0
             low, high = np.where(ahead, middle, low), np.where(ahead, high, middle)
-        nearest = int(low.argmin())
-        rest = self._tilted(azimuths[ways[nearest], None], low[nearest, None])
-        if abs(rest.item()) > 1e-6 * abs(self.singularity.determinants.j_x):
-            return TiltMargin(math.inf, math.nan)  # a jump from branch to branch, not a singularity
-        return TiltMargin(float(high[nearest]), float(azimuths[ways[nearest]]))
+        nearest = int(np.where(met, low, math.inf).argmin())
+        if abs(there(numbers[:, None], low[:, None])[nearest, 0]) > 1e-6 * abs(here):
+            return math.inf, 0  # a jump from branch to branch, not a singularity
+        return float(high[nearest]), nearest
 
     def _tilted(self, azimuth: NDArray[Any], angle: NDArray[Any]) -> NDArray[Any]:
         """det J_x with the platform tilted about its centre; azimuths and angles broadcast."""
-        machine, frame = self.singularity.machine, self.singularity.frame
         tilt = zyz_frame(np.zeros(3), azimuth, angle, -azimuth)
-        shape = np.broadcast_shapes(azimuth.shape, angle.shape)
-        turned = frame.turned_by(Turn(tilt.x, tilt.y, tilt.z))
-        poses = jax.tree.map(lambda c: np.broadcast_to(np.asarray(c, dtype=float), shape).ravel(), turned)
+        turned = self.singularity.frame.turned_by(Turn(tilt.x, tilt.y, tilt.z))
+        return self._determinants(turned, np.broadcast_shapes(azimuth.shape, angle.shape))
+
+    def _shifted(self, directions: NDArray[Any], length: NDArray[Any]) -> NDArray[Any]:
+        """det J_x with the platform moved along directions (…, 3) by lengths that broadcast."""
+        frame = self.singularity.frame
+        moved = Vec(*(own + directions[..., k] * length for k, own in enumerate(frame.origin)))
+        return self._determinants(frame._replace(origin=moved), np.broadcast_shapes(directions.shape[:-1], length.shape))
+
+    def _determinants(self, poses: Frame, shape: tuple[int, ...]) -> NDArray[Any]:
+        """det J_x at poses of a shape."""
+        machine = self.singularity.machine
+        rows = jax.tree.map(lambda c: np.broadcast_to(np.asarray(c, dtype=float), shape).ravel(), poses)
         signs = closed_form_signs(machine, self.singularity.mode)
-        return np.asarray(conditions(machine, poses, signs).determinants.j_x).reshape(shape)
+        return np.asarray(conditions(machine, rows, signs).determinants.j_x).reshape(shape)
 
     @property
     def angles(self) -> tuple[float, float, float]:

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import sys
 import threading
+import time
 import webbrowser
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from trivet.files import remove_begun
 from trivet.viewer.gate import LOOPBACK, close_server, free_port, open_server
 from trivet.viewer.page import Page
 from trivet.viewer.state import State
 
 PORT = 8080
-PULSE = 0.5
+PULSE = 0.1
 """How often (s) it is looked whether somebody ended it."""
 LONGEST_END = 10.0
 """After so many seconds (s) the end is not waited for any longer."""
@@ -65,38 +68,39 @@ def serve(state: State, port: int | None, is_dark: bool, in_browser: bool, tell:
     """
     sys.setswitchinterval(1e-3)  # who drags must not wait for a study's turn
     with serving(state, port, None, is_dark) as (address, page):
-        ended, told = threading.Event(), [signal.SIGINT]
+        told: list[int] = []
 
         def end(number: int, frame: object) -> None:
-            if ended.is_set():  # once more: at once
-                os._exit(128 + number)
-            told[0] = signal.Signals(number)
-            ended.set()
-            late = threading.Timer(LONGEST_END, os._exit, (_code(told[0]),))  # whatever is stuck keeps nobody
-            late.daemon = True
-            late.start()
+            if told:  # once more: at once
+                _leave(128 + number)
+            told.append(number)  # nothing that takes a lock: this thread may hold it
 
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, end)
         tell(f"{address}  (Ctrl-C ends it)")
         if in_browser and _has_screen():
             webbrowser.open(address)
-        while not ended.wait(PULSE):  # a signal that came to another thread is heard by this one when it wakes
-            pass
-    code = _code(told[0])
+        while not told:  # a signal that came to another thread is heard by this one when it wakes
+            time.sleep(PULSE)
+        code = 0 if told[0] == signal.SIGINT else 128 + told[0]
+        late = threading.Timer(LONGEST_END, _leave, (code,))  # whatever is stuck keeps nobody
+        late.daemon = True
+        late.start()
     if code == 0:
         print("trivet: the page is closed", file=sys.stderr)
     if not page.is_over:  # a thread that still compiles would abort the process where Python ends in good order
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(code)
+        _leave(code)
     if code:
         raise SystemExit(code)
 
 
-def _code(number: signal.Signals) -> int:
-    """The exit code: Ctrl-C is how the page is meant to end."""
-    return 0 if number == signal.SIGINT else 128 + number
+def _leave(code: int) -> None:
+    """End the process without waiting for any thread; no half of a file stays."""
+    remove_begun()
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError, ValueError):
+            stream.flush()
+    os._exit(code)
 
 
 def _has_screen() -> bool:

@@ -115,8 +115,8 @@ def singular(report: SingularityReport) -> str:
     rows = [("σ_min", f"{found.sigma_min:.4g}"), ("type", str(found.type) if found.type else "regular")]
     if math.isfinite(report.tilt_margin.angle):
         rows.append(("next Type 2, tilted", f"{math.degrees(report.tilt_margin.angle):.3g}°"))
-    if math.isfinite(found.distance.length):
-        rows.append(("centre moved, to first order", f"{1e3 * found.distance.length:.3g} mm"))
+    if math.isfinite(report.shift_margin.length):
+        rows.append(("next Type 2, centre moved", f"{1e3 * report.shift_margin.length:.3g} mm"))
     sentences = "".join(f"<div>{esc(sentence)}</div>" for sentence in found.meaning)
     return table(("", ""), rows) + sentences
 

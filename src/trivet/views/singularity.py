@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from trivet.kinematics.singularity import motion_words
-from trivet.study.singularity import DIRECTIONS, SingularityReport
+from trivet.study.singularity import DIRECTIONS, SHIFTS, SingularityReport
 from trivet.views.layout import table, where
 from trivet.views.si import finite, pose_keys
 
@@ -20,9 +20,10 @@ def tables(report: SingularityReport) -> list[Any]:
     det, far = found.determinants, found.distance
     rows = (
         ("smallest singular value of J_x (moments over the characteristic length)", f"{found.sigma_min:.6g}"),
-        ("moving the centre, to a Type 2 singularity to first order", _first_order(1e3 * far.length, "mm", 1e3)),
-        ("tilting about the centre, to a Type 2 singularity to first order", _first_order(math.degrees(far.angle), "°", 180)),
+        ("moving the centre, to a Type 2 singularity to first order", first_order(1e3 * far.length, "mm", 1e3)),
+        ("tilting about the centre, to a Type 2 singularity to first order", first_order(math.degrees(far.angle), "°", 180)),
         ("tilting about the centre until there is a Type 2 singularity", _tilt_margin(report)),
+        ("moving the centre until there is a Type 2 singularity", _shift_margin(report)),
         ("det J_x; its sign changes across Type 2 singularities", f"{det.j_x:.6g} m^3"),
         ("det J_q", f"{det.j_q:.6g} (SI)"),
         ("1 / det J⁻¹, geometric", f"{1 / det.inverse if det.inverse else math.inf:.6g} (SI)"),
@@ -38,7 +39,7 @@ def tables(report: SingularityReport) -> list[Any]:
     return [stands, verdict, numbers, drives, f"local transmission index LTI {float(moved.local):.4f}, the least of all"]
 
 
-def _first_order(value: float, unit: str, most: float) -> str:
+def first_order(value: float, unit: str, most: float) -> str:
     """A distance to first order, or why there is none: how near a singularity is, that does not tell."""
     if math.isnan(value):
         return "no estimate: det J_x has no slope here"
@@ -50,6 +51,13 @@ def _tilt_margin(report: SingularityReport) -> str:
     if not math.isfinite(margin.angle):
         return f"none met in {DIRECTIONS} directions, up to 90° or as far as the chains reach"
     return f"{math.degrees(margin.angle):.4f}° towards {math.degrees(margin.azimuth):g}° from x of {{E}}"
+
+
+def _shift_margin(report: SingularityReport) -> str:
+    margin = report.shift_margin
+    if not math.isfinite(margin.length):
+        return f"none met in {len(SHIFTS)} directions, as far as the chains reach"
+    return f"{1e3 * margin.length:.4g} mm along ({', '.join(f'{part:.3g}' for part in margin.direction)}) in {{O}}"
 
 
 def as_json(report: SingularityReport) -> dict[str, Any]:
@@ -81,6 +89,8 @@ def as_json(report: SingularityReport) -> dict[str, Any]:
         "tilt_to_singularity_rad": finite(far.tilt) if far.angle < math.pi else None,
         "tilt_margin_rad": finite(report.tilt_margin.angle),
         "tilt_margin_azimuth_rad": finite(report.tilt_margin.azimuth),
+        "shift_margin_m": finite(report.shift_margin.length),
+        "shift_margin_direction": finite(report.shift_margin.direction),
         "drives": [
             {
                 "name": drive.name,

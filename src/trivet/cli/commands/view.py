@@ -8,7 +8,7 @@ import typer
 
 from trivet.cli import options as o
 from trivet.cli.groups import At, Model
-from trivet.cli.output import say
+from trivet.cli.output import say, warn_of_home
 
 
 def run(
@@ -32,6 +32,9 @@ def run(
 
     own = parse_settings(settings or [])
     chosen = [model.of(choose(name, own)) for name in machines or ["azulay"]]
+    modes = [mode, *(None for _ in chosen[1:])]
+    for machine, signs in zip(chosen, modes, strict=True):
+        warn_of_home(machine, signs)
     place, angles = pose_numbers(chosen[0], *at.numbers())
-    state = state_of(chosen, [mode, *(None for _ in chosen[1:])], PoseNumbers(*place, *angles))
+    state = state_of(chosen, modes, PoseNumbers(*place, *angles))
     serve(state, port, dark, not no_browser, say)
