@@ -163,6 +163,7 @@ def test_a_map_tells_what_its_scale_does_not() -> None:
         f"colours end at {found.limits[0]:.4g} and {found.limits[1]:.4g}; values go from -1 to 1000",
         "11 of 13 points reached", "infinite at 1",
     ]  # fmt: skip
+    assert "the angles of the pose fail" in _told(found._replace(is_angular=True))[-1][1]
     plain = _scaled(surface, np.zeros(len(surface)), np.linspace(1.0, 2.0, len(surface)), "K_zz, N/µm")
     assert [text for _, text in _told(plain)] == ["13 of 13 points reached"]
 

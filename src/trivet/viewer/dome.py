@@ -122,7 +122,8 @@ def _told(found: Mapped) -> list[tuple[str, str]]:
     missed, unbounded = int(np.isnan(values).sum()), int(np.isinf(values).sum())
     told.append((_css(EXCLUDED) if missed else "", f"{len(values) - missed} of {len(values)} points reached"))
     if unbounded:
-        told.append((_css(UNBOUNDED), f"infinite at {unbounded}"))
+        why = "; at zero tilt the angles of the pose fail, not the machine" if found.is_angular else ""
+        told.append((_css(UNBOUNDED), f"infinite at {unbounded}{why}"))
     return told
 
 

@@ -24,6 +24,8 @@ QUANTITIES = (*STIFFNESSES, *DYNAMIC, *CONDITIONS)
 ROLLS = ("best K_xx", "best K_zz", "-alpha", "0 deg")
 """How the roll is chosen."""
 MOST_STEPS = 30
+_ANGULAR = ("1/det J^-1",)
+"""Of rates of the angles, which are none at zero tilt (paper Eq 24)."""
 _SIGNED = tuple(name for name in CONDITIONS if "det" in name)
 
 
@@ -43,6 +45,8 @@ class Mapped(NamedTuple):
     """Whether the colours lie about zero."""
     curves: tuple[Any, ...]
     """Type 2 singularities: (k, 3) points of the surface each, m."""
+    is_angular: bool = False
+    """Whether it belongs to the rates of the angles."""
 
 
 def mapped(machine: Machine, mode: str, quantity: str, steps: int, roll: str, progress: Callable[[int], None]) -> Mapped:
@@ -74,7 +78,8 @@ def mapped(machine: Machine, mode: str, quantity: str, steps: int, roll: str, pr
         factor = 1e3 ** int(unit[2:]) if unit.startswith("m^") else 1.0
         label = f"{quantity}, m{unit}" if unit.startswith("m^") else quantity
         curves = tuple(curve.surface.position for curve in near.curves)
-        return _scaled(near.surface, near.roll, factor * near.values, label, quantity in _SIGNED, curves)
+        made = _scaled(near.surface, near.roll, factor * near.values, label, quantity in _SIGNED, curves)
+        return made._replace(is_angular=quantity in _ANGULAR)
     if quantity in DYNAMIC:
         entry = quantity.removeprefix("D_")
         found = atlas(machine, hemisphere_of(machine, steps), entries=[entry], roll=policy, mode=chosen, search=False)
