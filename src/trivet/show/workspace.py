@@ -33,11 +33,12 @@ def _picture(study: WorkspaceStudy, path: Path) -> None:
     from matplotlib.figure import Figure
 
     count = len(study.reports)
-    canvas = Figure(figsize=(max(4.4 * count, 7.5), 8.2), layout="constrained")  # the title wants room
+    canvas = Figure(figsize=(max(4.4 * count, 7.5), 8.2), layout="compressed")  # the title wants room
     FigureCanvasAgg(canvas)
     canvas.suptitle(f"workspace {KINDS[study.reports[0].kind]}: height of the columns, and the section at y = 0")
-    grid: Any = np.reshape(canvas.subplots(2, count, sharex=True), (2, count))
     low, high = (f([r.extent[k] for r in study.reports], axis=0) * 1e3 for k, f in ((0, np.min), (1, np.max)))
+    tall = high[1:] - low[1:]  # millimetres are as long in both rows
+    grid: Any = np.reshape(canvas.subplots(2, count, sharex=True, height_ratios=tall), (2, count))
     most = max(float(r.columns.lengths.max()) for r in study.reports) * 1e3
     for k, report in enumerate(study.reports):
         own = report.columns
@@ -56,8 +57,8 @@ def _picture(study: WorkspaceStudy, path: Path) -> None:
             axes.set_aspect("equal")
     grid[0, 0].set_ylabel("y, mm")
     grid[1, 0].set_ylabel("z, mm")
-    canvas.colorbar(image, ax=grid[0, :].tolist(), shrink=0.8, label="height of the column, mm")
-    canvas.savefig(path, format="png", dpi=110)
+    canvas.colorbar(image, ax=grid.ravel().tolist(), shrink=0.8, label="height of the column, mm")
+    canvas.savefig(path, format="png", dpi=110, bbox_inches="tight")
 
 
 def _page(study: WorkspaceStudy, path: Path) -> None:
