@@ -99,6 +99,18 @@ def test_double_modes_are_turned_to_the_axes() -> None:
     np.testing.assert_allclose(aligned(report).modes.shapes, shapes, atol=1e-9)
 
 
+def test_the_count_does_not_change_what_modes_do(trivet: Any) -> None:
+    """It may cut a pair in two."""
+
+    def told(count: int) -> list[tuple[Any, ...]]:
+        found = json.loads(trivet("modes", "azulay", "--count", str(count), "--elements", "2", "--json")[1])["modes"]
+        return [(mode["number"], mode["platform_moves"], *np.round(mode["effective_mass_fraction"], 6) + 0.0) for mode in found]
+
+    all_twelve = told(12)
+    for count in (1, 2, 3, 4, 5, 6, 11):
+        assert told(count) == all_twelve[:count]
+
+
 def test_motion_in_words() -> None:
     assert motion_words(np.array([0.0, 0, 1, 0, 0, 0]), 1.0) == "z"
     assert motion_words(np.array([-1.0, 0, 0.09, 0, 0.4, -0.2]), 1.0) == "x with ry, rz"

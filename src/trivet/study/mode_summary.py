@@ -19,6 +19,8 @@ HARDLY = 0.02
 """Motion of the platform, against the largest anywhere, below which it hardly moves."""
 NOISE = 1e-6
 """Motion of the platform, against the largest anywhere, that is rounding."""
+MORE = 2
+"""Modes to work out beyond those that are told, so that double and triple ones are whole when they are turned."""
 LEFT = 1e-3
 """Share of a motion below which nothing is left to turn a mode to."""
 
@@ -90,8 +92,10 @@ def total_mass(report: ModesReport) -> float:
     return float(along @ (mesh.inertia @ along))
 
 
-def aligned(report: ModesReport) -> ModesReport:
+def aligned(report: ModesReport, count: int | None = None) -> ModesReport:
     """The same modes, but double ones turned so that the first moves the platform along x (y, z, …) and the others do not.
+
+    Only the first `count` are kept: of a report on `MORE` modes than those, where one of the last may lack its twin.
 
     Where frequencies coincide any mixture of the modes is a mode, and rounding chooses one; a machine of threefold symmetry has
     most of its modes in such pairs.  The sign of a mode, just as arbitrary, makes its largest motion of the platform positive.
@@ -102,7 +106,8 @@ def aligned(report: ModesReport) -> ModesReport:
         turn = _along_axes(moved[:, group], NOISE * float(most[group].max()))
         shapes[:, group], moved[:, group] = shapes[:, group] @ turn, moved[:, group] @ turn
     shapes *= np.where(moved[np.argmax(np.abs(moved), axis=0), np.arange(moved.shape[1])] < 0, -1.0, 1.0)
-    return ModesReport(report.at, dataclasses.replace(report.modes, shapes=shapes))
+    kept = report.modes.mesh_frequency[:count]
+    return ModesReport(report.at, dataclasses.replace(report.modes, mesh_frequency=kept, shapes=shapes[:, :count]))
 
 
 def _coinciding(frequency: np.ndarray) -> list[slice]:

@@ -16,6 +16,8 @@ class WholeComparison:
     dynamic: DynamicComparison | None
     missing: str = ""
     """Why there is no dynamic half, where it was asked for."""
+    machines: tuple[str, ...] = ()
+    """All that were to be compared; in a half without a result for one of them it is told to be missing."""
 
     @property
     def without_result(self) -> tuple[str, ...]:

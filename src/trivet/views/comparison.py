@@ -18,6 +18,9 @@ DEVIATION = (
     "docs/replication.md tells which, and what that does."
 )
 
+LEAST = 1e-300
+"""Below it probabilities are not told by their digits."""
+
 
 def tables(result: Comparison) -> Iterator[Any]:
     """Statistics, published values, tests, convergence, caveats."""
@@ -52,9 +55,14 @@ def _tests(result: Comparison) -> Table:
     columns = ("pair", "", "difference N/µm", "t", "p", "p Holm", "Hedges' g")
     found = table("Welch's two-tailed t test, p after Holm's correction over all rows", *columns, left=2)
     for t in result.tests:
-        numbers = (f"{t.difference / 1e6:+.3f}", f"{t.t:.2f}", f"{t.p:.2g}", f"{t.p_holm:.2g}", f"{t.effect:+.2f}")
+        numbers = (f"{t.difference / 1e6:+.3f}", f"{t.t:.2f}", _probability(t.p), _probability(t.p_holm), f"{t.effect:+.2f}")
         found.add_row(f"{t.first} - {t.second}", t.quantity, *numbers)
     return found
+
+
+def _probability(p: float) -> str:
+    """Two digits; what is zero or nearly so in double precision as a bound."""
+    return f"< {LEAST:g}" if p < LEAST else f"{p:.2g}"
 
 
 def _convergence(result: Comparison) -> Table:

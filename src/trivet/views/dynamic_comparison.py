@@ -60,7 +60,7 @@ def _published(result: DynamicComparison) -> Table:
 
 
 def _orders(result: DynamicComparison) -> Table:
-    found = table("order of the machines as described, the stiffest first", "along", "ours", "published", left=3)
+    found = table("order as described, stiffest first", "along", "ours", "published", left=3)
     for order in result.orderings:
         if order.variant == AS_DESCRIBED:
             found.add_row(order.axis, " > ".join(order.machines), " > ".join(order.published))

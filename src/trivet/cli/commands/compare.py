@@ -68,7 +68,7 @@ def run(
             dynamic = _dynamics(chosen, mode, sensitivity, out.as_json)
         except NoResultError as error:
             missing = str(error)
-    result = WholeComparison(static, dynamic, missing)
+    result = WholeComparison(static, dynamic, missing, tuple(machine.name for machine in chosen))
     out.give(result, view)
     if result.without_result:
         raise NoResultError("; ".join(result.without_result))

@@ -86,7 +86,7 @@ def run(
         _along(chosen, at, way, mode, count, elements, anyway, out)
         return
     from trivet.errors import InputError
-    from trivet.study.mode_summary import aligned
+    from trivet.study.mode_summary import MORE, aligned
     from trivet.study.modes import modes
     from trivet.views import modes as view
 
@@ -94,8 +94,8 @@ def run(
         raise InputError("--steps: speaks of a path; give --to, --to-tilt, … or --path as well")
     out.check()
     with output.busy("finding modes", out.as_json):
-        found = modes(chosen, *at.numbers(), mode=mode, anyway=anyway, count=count, elements=elements)
-        result = aligned(found)
+        found = modes(chosen, *at.numbers(), mode=mode, anyway=anyway, count=count + MORE, elements=elements)
+        result = aligned(found, count)
         _ = result.frequency  # worked out when it is first asked for
     out.give(result, view)
 
