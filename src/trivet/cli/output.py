@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from trivet.errors import one_line
+
 if TYPE_CHECKING:
     from trivet.model import Machine
 
@@ -57,13 +59,13 @@ def save(result: Any, path: str, overwrite: bool) -> None:
 def wrote(path: str) -> None:
     """Say which file there is now."""
     settle()
-    print(f"wrote {path}", file=sys.stderr)
+    print(f"wrote {one_line(path)}", file=sys.stderr)
 
 
 def warn(text: str) -> None:
     """Say what the user should know about what was made."""
     settle()
-    print(f"trivet: warning: {text}", file=sys.stderr)
+    print(f"trivet: warning: {one_line(text)}", file=sys.stderr)
 
 
 def warn_of_home(machine: Machine, mode: str | None = None) -> None:

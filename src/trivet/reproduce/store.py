@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,6 +21,10 @@ FOLDER = "items"
 """Within the folder of the results: a file per item."""
 MARK = "README"
 """In it: that a run made the folder, and may write over what lies there."""
+OURS = "Made by trivet reproduce, which writes over what is here and beside.\n"
+"""What the mark says."""
+MOST_BYTES = 50_000_000
+"""Of an item; those of the paper have less than a million."""
 VERSION, CODE, SETTING = "version of trivet", "code", "setting"
 NO_NUMBERS = ("cli", "report", "show", "viewer", "views")
 """Folders of the package whose code changes no number."""
@@ -74,6 +79,8 @@ def kept(folder: Path, item: Item) -> Kept:
     if not path.is_file():
         return Kept(None, "is no file" if path.exists() else "")
     try:
+        if path.stat().st_size > MOST_BYTES:
+            return Kept(None, "is damaged")
         document = json.loads(path.read_text(encoding="utf-8"))
         text, own = document["found"], document["inputs"]
         if document["hash"] != _hash(text):
@@ -98,14 +105,25 @@ def prepare(folder: Path) -> None:
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: is a file; the name of a folder was expected")
     try:
-        if folder.is_dir() and any(folder.iterdir()) and not (folder / FOLDER / MARK).is_file():
-            raise InputError(f"{folder}: holds other files; choose an empty or a new folder, or one of an earlier run")
-        os.makedirs(folder / FOLDER, exist_ok=True)
-        (folder / FOLDER / MARK).write_text(
-            "Made by trivet reproduce, which writes over what is here and beside.\n", encoding="utf-8"
-        )
+        mark = folder / FOLDER / MARK
+        if not _is_marked(mark):
+            if folder.is_dir() and any(folder.iterdir()):
+                raise InputError(f"{folder}: holds other files; choose an empty or a new folder, or one of an earlier run")
+            os.makedirs(folder / FOLDER)
+            with replacing(mark) as temporary:
+                temporary.write_text(OURS, encoding="utf-8")
+        for path in (*folder.iterdir(), *(folder / FOLDER).iterdir()):
+            if path.is_symlink():
+                raise InputError(f"{path}: is a link to another place, which would be written over; remove it")
     except OSError as error:
         raise InputError(f"{folder}: cannot be made or read: {error.strerror or error}") from None
+
+
+def _is_marked(mark: Path) -> bool:
+    """Whether a run of ours made the folder of this mark."""
+    with suppress(OSError, ValueError):
+        return mark.stat().st_size == len(OURS) and mark.read_text(encoding="utf-8") == OURS
+    return False
 
 
 def _changed(before: Mapping[str, str], now: Mapping[str, str]) -> str:

@@ -11,6 +11,7 @@ import typer
 
 from trivet.cli import options as o
 from trivet.cli import output
+from trivet.errors import one_line
 
 
 def run(
@@ -41,7 +42,7 @@ def run(
     from trivet.reproduce.run import reproduce
 
     def tell(words: str) -> None:
-        print(words, file=sys.stderr)
+        print(one_line(words), file=sys.stderr)
 
     names = only or []
     if pdf:
