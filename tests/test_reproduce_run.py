@@ -396,9 +396,13 @@ def test_static_is_what_compare_says() -> None:
 
 def test_dynamic_is_what_compare_and_frf_say() -> None:
     rigid = "drives rigid, balls 300 N m/rad"
-    work = Dynamic("dynamic", variants=(rigid,), curves=(rigid,), low=100.0, high=2000.0, points=50)
+    work = Dynamic(
+        "dynamic", variants=(rigid, "balls clamped"), premise=rigid, curves=(rigid,), low=100.0, high=2000.0, points=50
+    )
     (table,) = chosen(["table-5"])
     found = work.found(("azulay",), table.asked, nothing)
+    settings = list(dict.fromkeys(own.setting for own in found.ours))
+    assert settings == [rigid, "as described"], "the premise first, and not what repeats another: the files clamp balls"
     compared = public.compare_dynamics("azulay", sensitivity=[rigid])
     for setting in ("as described", rigid):
         least = compared.of("azulay", setting).along("z")
@@ -495,7 +499,7 @@ def test_the_best_sphere_lies_between_those_of_the_grid(height: float, radius: f
     def miss(value: float) -> float:
         return 1.0 - value
 
-    best = best_sphere(tilt, miss, "radial", heights, radii)
+    best = best_sphere(tilt, 1.0, "radial", heights, radii)
     assert best is not None
     found = tilt(best)
     assert found is not None
@@ -507,7 +511,22 @@ def test_the_best_sphere_lies_between_those_of_the_grid(height: float, radius: f
     assert miss(found) < miss(lowest) + 0.0005, "steps of a small part of the grid's"
     assert heights[0] <= best.height <= heights[-1]
     assert radii[0] <= best.radius <= radii[-1]
-    assert best_sphere(lambda sphere: None, miss, "radial", heights, radii) is None
+    assert best_sphere(lambda sphere: None, 1.0, "radial", heights, radii) is None
+
+
+@given(st.floats(0.061, 0.079), st.floats(0.2, 2.0), st.booleans())
+def test_the_best_sphere_lies_next_to_a_jump(height: float, slope: float, is_turned: bool) -> None:
+    """Up to a jump, slantwise over heights and radii, the tilt rises with the radius; beyond, it is far too great."""
+    heights, radii = (0.06, 0.08, 0.1, 0.12, 0.14), (0.002, 0.008, 0.014, 0.02)
+
+    def tilt(sphere: Sphere) -> float:
+        up = sphere.height - height - slope * (sphere.radius - 0.002)
+        return 3.0 if (up <= 0 if is_turned else up >= 0) else 1.0 + 10 * sphere.radius - abs(up)
+
+    best = best_sphere(tilt, 1.25, "radial", heights, radii)
+    assert best is not None
+    assert best.radius == 0.02
+    assert abs(tilt(best) - 1.2) < 1e-4, "at the foot of the jump, on the greatest sphere"
 
 
 def test_the_nearest_sphere_and_that_of_the_greatest_tilt(monkeypatch: pytest.MonkeyPatch) -> None:

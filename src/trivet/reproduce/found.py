@@ -29,6 +29,8 @@ class Asked(NamedTuple):
     """By machine, where in the machine file it stands; empty where it is computed."""
     ordered_by: str
     """Quantity of ours that puts the machines in order; another one where a single sphere, say, is not fair to them."""
+    is_fitted: bool = False
+    """Whether something that the paper does not give was fitted to these very numbers."""
 
     @property
     def is_input(self) -> bool:

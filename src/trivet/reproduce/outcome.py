@@ -11,7 +11,7 @@ from trivet.reproduce.found import Asked, Found, Ours
 from trivet.reproduce.numbers import Number, Unit, unit_named
 from trivet.reproduce.ordering import Moments, Ordering, greatest_p, holds, ordering, written
 from trivet.reproduce.paper import Claim, Item
-from trivet.reproduce.verdict import AS_PUT_IN, Verdict, deviation, of_input, of_statement, verdict_of
+from trivet.reproduce.verdict import AS_PUT_IN, MET, Verdict, deviation, of_fit, of_input, of_statement, verdict_of
 
 POINTS = "points"
 MEAN, VARIANCE = "mean ", "variance "
@@ -123,6 +123,8 @@ class Outcome:
         reason = self.item.reason(own.quantity, own.machine)
         if asked is not None and asked.is_input:
             return of_input(paper, own.value, reason)
+        if asked is not None and asked.is_fitted:
+            return of_fit(paper, own.value, reason)
         first = next((o for o in self.orderings if asked is not None and o.quantity == asked.ordered_by), None)
         return verdict_of(paper, own.value, first is not None and first.is_reproduced, reason)
 
@@ -178,10 +180,11 @@ class Outcome:
     @property
     def summary(self) -> str:
         """How much of it comes out, in a line."""
-        inputs = [row.verdict.words for row in self.rows if row.verdict.kind == "input"]
-        numbers = [row.verdict.kind for row in self.rows if row.paper is not None and row.verdict.kind != "input"]
+        inputs, fits = ([row.verdict.words for row in self.rows if row.verdict.kind == kind] for kind in ("input", "fit"))
+        numbers = [r.verdict.kind for r in self.rows if r.paper is not None and r.verdict.kind not in ("input", "fit")]
         first = [o for o in self.orderings if o.setting == self.settings[o.quantity][0] and o.pairs]
         parts = [f"{inputs.count(AS_PUT_IN)} of {len(inputs)} inputs as put in"] if inputs else []
+        parts += [f"{fits.count(MET)} of {len(fits)} fitted numbers met"] if fits else []
         if numbers:
             parts.append(f"{numbers.count('reproduced')} of {len(numbers)} numbers reproduced")
         if first:

@@ -43,6 +43,8 @@ class Values:
     """In the order of the machines: where in the machine file it stands; see `kinds.dimensions`."""
     ordered_by: str = ""
     """Quantity of ours that puts the machines in order; this one when not given."""
+    fitted: bool = False
+    """Whether something that the paper does not give was fitted to these very numbers."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,7 @@ class Claim:
     significance: Annotated[float, Field(gt=0, lt=1)] | None = None
     """Level of the test by which means are said to differ."""
     reason: str = ""
-    """Why it cannot be looked at, where it cannot."""
+    """Why it does not hold, or cannot be looked at."""
 
     @property
     def pairs(self) -> list[Pair]:
@@ -135,6 +137,7 @@ class Item:
                 dict(zip(self.machines, own.paper, strict=True)),
                 dict(zip(self.machines, own.of, strict=True)) if own.of else {},
                 own.ordered_by or own.quantity,
+                own.fitted,
             )
             for own in self.values
         )

@@ -18,6 +18,9 @@ RULES = (
     "Else it is not reproducible, and the reason is told. The reasons are our judgement.",
     "A number that our machine files took from the paper is an input. It is as put in, or it is not; that says nothing of the "
     "paper, and no input is counted among the numbers that are reproduced.",
+    "A number to which something was fitted that the paper does not give, as z0, is met by a fit where ours deviates by no "
+    f"more than {100 * BANDS[-1]:g} %, else missed by it. A fit that meets its number confirms nothing, and it is not counted "
+    "among the numbers that are reproduced either.",
     "What the paper says in words holds, or does not, in the setting that is told first. Beside it is told in how many of all "
     "settings it holds, and whether the paper's own table bears it out.",
     f"What is about a number deviates from it by no more than {100 * ABOUT:g} %.",
@@ -27,7 +30,7 @@ RULES = (
 )
 """For who reads a report."""
 
-Kind = Literal["reproduced", "ordering", "not reproducible", "no number", "input"]
+Kind = Literal["reproduced", "ordering", "not reproducible", "no number", "input", "fit"]
 
 
 class Verdict(NamedTuple):
@@ -44,7 +47,7 @@ class Verdict(NamedTuple):
         return f"{self.words}, because {self.reason}" if self.reason else self.words
 
 
-AS_PUT_IN = "as put in"
+AS_PUT_IN, MET = "as put in", "met by a fit"
 NO_NUMBER = Verdict("no number", "no number in the paper's text")
 
 
@@ -84,6 +87,14 @@ def of_input(paper: Number | None, ours: float | None, reason: str) -> Verdict:
     if ours is not None and paper.rounds_to(ours):
         return Verdict("input", AS_PUT_IN)
     return Verdict("input", "not put in" if ours is None else "put in otherwise", reason)
+
+
+def of_fit(paper: Number | None, ours: float | None, reason: str) -> Verdict:
+    """Of a number of the paper to which something was fitted; takes what `of_input` does."""
+    verdict = verdict_of(paper, ours, False, reason)
+    if verdict.kind == "no number":
+        return verdict
+    return Verdict("fit", MET) if verdict.kind == "reproduced" else Verdict("fit", "missed by a fit", reason)
 
 
 def of_statement(holds: bool | None, in_paper: bool | None, is_order: bool, reason: str) -> Verdict:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
 from trivet.model.section import STRICT
-from trivet.reproduce.found import Asked, Chart, Found, Ours, Progress, Series, rounded
+from trivet.reproduce.found import AS_DESCRIBED, Asked, Chart, Found, Ours, Progress, Series, rounded
+
+if TYPE_CHECKING:
+    from trivet.study.dynamic_comparison import DynamicComparison
 
 FrequencyHz = Annotated[float, Field(gt=0)]
 
@@ -22,7 +25,9 @@ class Dynamic:
 
     kind: Literal["dynamic"]
     variants: tuple[str, ...] | Literal["all"] = "all"
-    """Which of the variants of `trivet compare` are looked at besides the machines as described."""
+    """Which of the variants of `trivet compare` are looked at besides the machines as described; repeats are left out."""
+    premise: str = AS_DESCRIBED
+    """The one of them that is set beside the paper."""
     curves: tuple[str, ...] = ()
     """Variants whose responses are drawn; what moves home or damps otherwise has none."""
     low: FrequencyHz = 20.0
@@ -46,12 +51,20 @@ class Dynamic:
         result = compare_dynamics(*machines, sensitivity=wanted, progress=advance)
         rows = [
             Ours(f"D_{axis}{axis}", name, setting, None if least is None else least.stiffness, "N/um")
-            for setting in result.variant_names
+            for setting in self._different(result, machines)
             for name in machines
             for axis in "xyz"
             for least in (result.of(name, setting).along(axis),)
         ]
         return Found(tuple(rows), tuple(self._charts(machines, asked, advance)))
+
+    def _different(self, result: DynamicComparison, machines: tuple[str, ...]) -> list[str]:
+        """Settings no two of which are the same for all machines, the premise first."""
+        different: dict[tuple[float, ...], str] = {}
+        for setting in sorted(result.variant_names, key=lambda name: name != self.premise):
+            minima = (least.stiffness for name in machines for least in result.of(name, setting).minima)
+            different.setdefault(tuple(rounded(minima, 9)), setting)
+        return list(different.values())
 
     def _charts(self, machines: tuple[str, ...], asked: tuple[Asked, ...], advance: Any) -> list[Chart]:
         from trivet.study.dynamic_comparison import variants

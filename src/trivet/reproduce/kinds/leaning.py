@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 from trivet.errors import NoResultError
@@ -23,6 +23,8 @@ AZIMUTHS, MOST = 36, math.pi
 ROLLS = 180
 HALVINGS = 7
 """How often the steps of a search are halved."""
+CUTS = 10
+"""How often the space between two heights of a grid is halved."""
 NEAR = math.radians(0.005)
 """What is as near as this is as near as anybody asks."""
 
@@ -172,23 +174,26 @@ def _last(sides: Any) -> Any:
 
 def best_sphere(
     tilt: Callable[[Sphere], float | None],
-    miss: Callable[[float], float],
+    wanted: float,
     neutral: Reference,
     heights: tuple[float, ...],
     radii: tuple[float, ...],
 ) -> Sphere | None:
-    """The sphere whose tilt misses least, of a grid and then by steps about it that are halved in turn; None for no tilt.
+    """The sphere whose tilt is nearest to a wanted one; None for no tilt.
+
+    It is sought on a grid, where the tilt passes the wanted one between two heights of it, and then by steps about the best of
+    these, which are halved in turn. Along a jump of the tilt such steps alone would stick.
 
     Args:
         tilt: of a sphere, rad; None where its pole is not reached.
-        miss: by how much a tilt misses, rad.
+        wanted: rad.
         neutral: neutral axis.
         heights, radii: in order, m; what is found lies between the ends of both.
     """
 
     def missed(sphere: Sphere) -> float:
         value = tilt(sphere)
-        return math.inf if value is None else miss(value)
+        return math.inf if value is None else abs(value - wanted)
 
     def around(of: Sphere, up: float, out: float) -> Iterator[Sphere]:
         for height, radius in ((up, 0.0), (-up, 0.0), (0.0, out), (0.0, -out)):
@@ -199,6 +204,10 @@ def best_sphere(
     best = min((Sphere(neutral, h, r) for h in heights for r in radii), key=missed)
     if math.isinf(missed(best)):
         return None
+    for sphere in _passing(tilt, wanted, neutral, heights, radii):
+        if missed(best) <= NEAR:
+            break
+        best = min(best, sphere, key=missed)
     up, out = (max((b - a for a, b in pairwise(of)), default=0.0) for of in (heights, radii))
     for _ in range(HALVINGS):
         up, out = up / 2, out / 2
@@ -208,3 +217,26 @@ def best_sphere(
                 break
             best = near
     return best
+
+
+def _passing(
+    tilt: Callable[[Sphere], float | None],
+    wanted: float,
+    neutral: Reference,
+    heights: tuple[float, ...],
+    radii: tuple[float, ...],
+) -> Iterator[Sphere]:
+    """Spheres where the tilt passes a wanted one, or jumps over it, between two heights; takes what `best_sphere` does."""
+
+    def is_above(sphere: Sphere) -> bool:
+        value = tilt(sphere)
+        return value is not None and value >= wanted
+
+    for radius, ends in product(radii, pairwise(heights)):
+        low, high = (Sphere(neutral, height, radius) for height in ends)
+        if is_above(low) is is_above(high):
+            continue
+        for _ in range(CUTS):
+            middle = Sphere(neutral, round((low.height + high.height) / 2, 9), radius)
+            low, high = (low, middle) if is_above(middle) is is_above(high) else (middle, high)
+        yield from (low, high)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from itertools import product
 from typing import Annotated, Literal, NamedTuple
 
@@ -85,16 +84,10 @@ class NearestTilt:
 
     def _best(self, leaning: Leaning, wanted: Number | None) -> Best:
         tilt = cache(leaning.tilt)
-        misses: dict[str, Callable[[float], float]] = {"greatest tilt": lambda value: MOST - value}
-        if wanted is not None:
-            misses["tilt"] = partial(_apart, wanted.value)
+        asked = {"greatest tilt": MOST} | ({} if wanted is None else {"tilt": wanted.value})
         grid = leaning.neutral, self.heights, self.radii
-        spheres = {told: best_sphere(tilt, miss, *grid) for told, miss in misses.items()}
+        spheres = {told: best_sphere(tilt, angle, *grid) for told, angle in asked.items()}
         leans = {told: None if (sphere := spheres.get(told)) is None else leaning.lean(sphere) for told in WAYS}
         every = (Sphere(leaning.neutral, *case) for case in product(self.heights, self.radii))
         poles = {sphere for sphere in every if tilt(sphere) is not None}
         return Best(leans, poles, max(map(leaning.from_upright, poles), default=0.0))
-
-
-def _apart(wanted: float, value: float) -> float:
-    return abs(value - wanted)
