@@ -169,6 +169,7 @@ FILES: dict[str, tuple[bytes, tuple[str, ...]]] = {
     "key twice": (b"format = 1\nformat = 1\n", ("is not TOML: ", "line 2")),
     "nested lists": (b"a = " + b"[" * 50_000, ("nested too deeply",)),
     "nested tables": (b"a" + b".a" * 5_000 + b" = 1", ("nested too deeply",)),
+    "keys of many parts": (b"a" + b".1" * 200_000 + b" = 1", ("nested too deeply",)),
     "just too deep": (b"a = " + b"[" * 20 + b"]" * 20, ("nested too deeply; a machine file has at most 16",)),
     "huge integer": (b"format = " + b"1" * 5_000, ("is not TOML: ",)),
     "huge hexadecimal integer": (b"format = 0x" + b"f" * 5_000, ("format: int of great size is not known; expected 1",)),

@@ -12,6 +12,8 @@ from trivet.errors import InputError
 
 LARGEST_FILE = 1_000_000
 """Bytes; a machine file holds a few thousand."""
+_MOST_DOTS = 1000
+"""Before the sign of equality, in a line."""
 
 _DEEPEST = 16
 """Tables within tables; a machine file has five."""
@@ -64,6 +66,8 @@ def files_near(name: str) -> list[str]:
 def parse_toml(name: str, data: bytes, what: str) -> dict[str, Any]:
     """The document in bytes."""
     try:
+        if any(line.partition(b"=")[0].count(b".") > _MOST_DOTS for line in data.splitlines()):
+            raise InputError(_too_deep(what))  # a key with so many parts takes minutes to read
         document = tomllib.loads(data.decode("utf-8-sig"))
         check_depth(document, what)
     except UnicodeDecodeError:
