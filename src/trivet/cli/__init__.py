@@ -70,7 +70,7 @@ def _leave(number: int, frame: FrameType | None) -> None:
         # An exception in the middle of a library that sets itself up can end in a crash.
         remove_begun()
         with contextlib.suppress(OSError, ValueError):
-            os.write(2, b"trivet: interrupted\n")
+            os.write(2, b"\r\x1b[2K" * os.isatty(2) + b"trivet: interrupted\n")  # over the sign of life
         os._exit(code)
     # Raised within a callback of the garbage collector an exception is lost, but for a message; the alarm raises it again.
     sys.unraisablehook = _quiet_about_leaving

@@ -83,11 +83,11 @@ def serve(state: State, port: int | None, is_dark: bool, in_browser: bool, tell:
         while not told:  # a signal that came to another thread is heard by this one when it wakes
             time.sleep(PULSE)
         code = 0 if told[0] == signal.SIGINT else 128 + told[0]
+        if code == 0:
+            print("trivet: closing the page", file=sys.stderr, flush=True)
         late = threading.Timer(LONGEST_END, _leave, (code,))  # whatever is stuck keeps nobody
         late.daemon = True
         late.start()
-    if code == 0:
-        print("trivet: the page is closed", file=sys.stderr)
     if not page.is_over:  # a thread that still compiles would abort the process where Python ends in good order
         _leave(code)
     if code:
