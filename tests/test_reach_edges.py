@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 import trivet as t
 from trivet.kinematics.mode import parse_mode
@@ -17,6 +18,8 @@ from trivet.reach.margins import side
 from trivet.reach.tilt import Looked
 from trivet.reach.workspace import Orientations, Region, found_region, grown, reached
 from trivet.space.pose import zyz_frame
+from trivet.study.tilt import TiltStudy
+from trivet.views import tilt as view
 
 VICE = {
     "ball.neutral": {"axis": "x"},
@@ -49,6 +52,10 @@ def test_a_home_that_is_not_reached_is_told() -> None:
     report = t.tilt(machine, 0.008, 0.1, azimuths=3, most=math.radians(30))
     assert report.apart.startswith("home itself is not reached, leg-1 cannot close")
     assert np.isnan(report.connected_tilt)
+    wide = Console(width=300)
+    with wide.capture() as shown:
+        wide.print(*view.tables(TiltStudy((report,), ())))
+    assert shown.get().count("cannot close") == 1
 
 
 def test_a_region_grows_over_thin_petals() -> None:

@@ -27,7 +27,7 @@ def tables(study: TiltStudy) -> Iterator[Any]:
         found.add_row(
             report.machine.name, report.neutral, f"{report.grid.radius * 1e3:g}", f"{report.grid.centre[2] * 1e3:g}",
             _degrees(report.tilt), report.stops[_worst(report.unbroken)] + _unchecked(report),
-            _degrees(report.connected_tilt), report.connected_stops[_worst(report.connected)],
+            _degrees(report.connected_tilt), _connected_stop(report, _worst(report.connected)),
         )  # fmt: skip
     for machine, neutral, radius, height, reason in study.missing:
         found.add_row(machine, neutral, f"{radius * 1e3:g}", f"{height * 1e3:g}", "–", reason, "–", "")
@@ -55,6 +55,11 @@ def _notes(study: TiltStudy) -> str:
     return "\n".join(dict.fromkeys(lines))
 
 
+def _connected_stop(report: TiltReport, azimuth: int) -> str:
+    """What stops the machine on its way from home; the notes say why there is no such way."""
+    return "see below" if report.apart else report.connected_stops[azimuth]
+
+
 def _unchecked(report: TiltReport) -> str:
     return "; cones are not checked" if free_cones(report.machine) else ""
 
@@ -71,7 +76,7 @@ def _azimuths(report: TiltReport) -> Any:
     found = table(heading, "azimuth °", "pose by pose °", "stopped by", "from home °", "stopped by", "greatest of all °")
     rows = [
         (
-            _degrees(report.unbroken[k]), report.stops[k], _degrees(report.connected[k]), report.connected_stops[k],
+            _degrees(report.unbroken[k]), report.stops[k], _degrees(report.connected[k]), _connected_stop(report, k),
             _degrees(report.largest[k]),
         )
         for k in range(len(report.grid.azimuths))
