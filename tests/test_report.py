@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable, Iterator
 from hashlib import sha256
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -28,7 +29,7 @@ from trivet.measure.functions import Channel
 from trivet.report.document import Block, Document, Listing, Picture, Plot, Section, Table, Words
 from trivet.report.making import TELL, report_of, subject_of
 from trivet.report.page import page_of
-from trivet.report.sections import OWN, SECTIONS, comparison
+from trivet.report.sections import OWN, SECTIONS, comparison, stiffness
 from trivet.report.sections.measured import Measurement
 from trivet.report.subject import CheckPoints, Subject
 
@@ -81,7 +82,9 @@ def test_everything_is_told(whole: Document) -> None:
     assert all(commands(section) for section in leaves), "every section says how it is repeated"
     facts = dict(row for row in rows(whole.sections[0]))
     assert "–" not in facts.values()
-    assert len(facts) == 14
+    assert len(facts) == 15
+    assert float(facts["workspace reached from home, cm³"]) < float(facts["workspace, pose by pose, cm³"])
+    assert "tilt reached from home on the sphere of 4 mm, best roll, °" in facts
 
 
 def test_all_sections_are_told_and_documented() -> None:
@@ -159,14 +162,19 @@ def test_settings_and_switches_count_and_are_in_every_command(trivet: Trivet, mo
     monkeypatch.setattr(Subject, "comparison", property(none))
     settings = ("--set", "link.length=210 mm", "--set", "home.position=0 mm,0 mm,120 mm")
     options = ("--spherical", "300 N m/rad", "--guide", "rotation", "--drives", "rigid", "--shear", "--mode=++ ++ ++")
-    others = ("--sections", "machine,stiffness", "--steps", "3", "--radius", "5 mm", "-o", "report.html")
+    others = ("--sections", " machine,", "--sections", "stiffness", "--steps", "3", "--radius", "5 mm", "-o", "report.html")
+    word = "azulay@link.length=210 mm,home.position=0 mm,0 mm,120 mm"
     code, out, err = trivet("report", "azulay", *settings, *options, *others)
-    assert (code, err) == (0, "")
-    assert re.fullmatch(rf"{re.escape(str(Path('report.html').resolve()))}: \d+\.\d MB\n", out)
+    assert (code, out) == (0, "")
+    assert [re.sub(r"\d+ s", "0 s", line) for line in err.splitlines()] == [
+        f"{word}: machine (0 s)",
+        f"{word}: stiffness (0 s)",
+        "trivet: warning: Stiffness over the hemisphere: There is nothing to show here. nothing",
+        "wrote report.html",
+    ], "sections one by one, the empty one, and the file by its name as given"
     page = html.unescape(Path("report.html").read_text(encoding="utf-8"))
     for words in ("elastic: they resist", "Timoshenko", "along the circle, turning with it", "210 mm", "0 mm, 0 mm, 120 mm"):
         assert words in page
-    word = "azulay@link.length=210 mm,home.position=0 mm,0 mm,120 mm"
     (line,) = re.findall(r"<code>(trivet map .*)</code>", page)
     own = ["map", word, "--figure", "stiffness.png", "--steps", "3", "--radius", "5 mm"]
     assert shlex.split(line) == ["trivet", *own, *options]
@@ -219,6 +227,35 @@ def test_what_cannot_be_told_has_a_reason(monkeypatch: pytest.MonkeyPatch) -> No
     assert {cell for row in facts[2:] for cell in row[1:]} == {"–"}
 
 
+@pytest.mark.parametrize(("height", "empty"), [("30 mm", {"At home", "Dynamics of a motion"}), ("400 mm", set())])
+def test_a_home_that_is_not_reached_is_told_in_one_line(height: str, empty: set[str], trivet: Trivet) -> None:
+    """Early, and once more with all sections that stay empty for it: key, chain or joint, and the height that would do."""
+    place = ("--set", f"home.position=0 mm,0 mm,{height}")
+    shown = ("--sections", "machine,home,dynamics", "-o", "report.html")
+    code, _, err = trivet("report", "azulay", *place, *shown)
+    first, last = (line for line in err.splitlines() if "warning" in line)
+    reason = first.removeprefix("trivet: warning: ")
+    assert code == 0
+    assert re.search(
+        rf"home\.position 0 mm, 0 mm, {height}: the pose is not reached: leg-1.*; with z at [\d.]+ mm it is$", reason
+    )
+    headings, _, told = last.removeprefix("trivet: warning: ").partition(": There is nothing to show here. ")
+    assert told == reason
+    assert set(headings.split(", ")) == (empty or {"The machine", "At home", "Dynamics of a motion"})
+    page = html.unescape(Path("report.html").read_text(encoding="utf-8"))
+    assert page.count(f"There is nothing to show here. {reason}") == len(headings.split(", "))
+
+
+def test_a_singular_curve_across_the_check_points_is_minded() -> None:
+    """Statistics over both of its sides say so; without a curve, or where it cannot be told, nothing is said."""
+    one = subject()
+    for curves, words in (((), ""), ((1,), "Mind: a curve of Type 2"), ((1, 2), "Mind: 2 curves of Type 2")):
+        vars(one)["singularities"] = SimpleNamespace(curves=curves)
+        last = stiffness.section(one).blocks[-2]
+        assert isinstance(last, Words) == bool(words)
+        assert getattr(last, "text", "").startswith(words)
+
+
 def test_a_machine_without_a_hemisphere_is_left_out_of_a_comparison() -> None:
     bare = dataclasses.replace(t.load("azulay"), workpiece=None).renamed("bare")
     found = comparison.section([subject("azulay"), subject_of(bare, points=FEW)])
@@ -244,7 +281,7 @@ def test_measured_responses(trivet: Trivet) -> None:
     Path("setup.toml").write_text(SETUP, encoding="utf-8")
     given = ("--measured", "measured.nc", "--setup", "setup.toml")
     code, _, err = trivet("report", "azulay", *given, "--sections", "measured", "-o", "report.html")
-    assert (code, err) == (0, "")
+    assert (code, "warning" in err) == (0, False)
     page = Path("report.html").read_text(encoding="utf-8")
     assert "FRAC" in page
     assert page.count("data:image/png") == 2
@@ -274,7 +311,7 @@ WRONG = [
     (("azulay", "--sections", "", "-o", "report.html"), "sections: none is named; choose from machine, home, reach"),
     (("azulay", "--sections", " , ", "-o", "report.html"), "or leave sections out to be told all"),
     (("azulay", "-o", "none/report.html"), "report.html: cannot be written"),
-    (("azulay", "-o", "there.html"), "there.html: exists already"),
+    (("azulay", "-o", "there.html"), "trivet: there.html: exists already"),
     (("azulay",), "Missing option '--output'"),
     (("azulays", "-o", "report.html"), "azulays: no machine of this name"),
     (("azulay", "azulay", "-o", "report.html"), "azulay: given twice"),

@@ -162,6 +162,14 @@ def test_numbers_stand_to_the_right() -> None:
     assert bare.all("thead") == []
 
 
+def test_only_what_is_in_space_can_be_turned() -> None:
+    body = go.Figure([go.Scatter3d(x=[0, 1], y=[0, 1], z=[0, 1])])
+    page = Read(page_of(document(Plot("curve", "curve", curve()), Plot("body", "body", body))))
+    captions = [text for _, text in page.all("figcaption")]
+    assert ["can be turned and zoomed" in text for text in captions] == [False, True]
+    assert all("zoomed, and says its values" in text for text in captions)
+
+
 def test_pictures_are_inside() -> None:
     own, still = png(5), png(7)
     page = Read(page_of(document(Picture("a", "a", own), Plot("b", "b", curve(), still), Plot("c", "c", curve()))))
@@ -181,8 +189,7 @@ def test_files_appear_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.Mo
     write_document(document(title="Other"), path, overwrite=True)
     assert "<title>Other</title>" in path.read_text(encoding="utf-8")
     said = message_of(lambda: write_document(document(), tmp_path / "report.htm"))
-    assert "a report ends in .html or .pdf" in said
-    assert "'.html'" in said
+    assert "a report ends in .html (a page) or .pdf (printed); name it report.html, say" in said
     assert "report ends in" in message_of(lambda: write_document(document(), tmp_path / "report"))
     monkeypatch.setattr("trivet.report.page.page_of", lambda document: 1 / 0)
     with pytest.raises(ZeroDivisionError):
@@ -305,6 +312,7 @@ def wide() -> Document:
     heads = tuple(f"column {k}" for k in range(20))
     return document(
         Words("w" * 300), Table("wide", heads, (tuple("1234567.8 mm" for _ in heads),) * 3),
+        Table("narrow", ("", "one"), (("tilt of the platform " * 6, "3 × [P]RS, chains " * 6), ("number", "1.234"))),
         Picture("picture", "alt", png(3000, 40)),
         Plot("curve", "curve", curve(), png(900, 500)), Plot("body", "body", body), Listing("long", "x" * 500 + "\n" * 90),
         title="t" * 60, word="v" * 100,
@@ -355,6 +363,7 @@ def look_at(page: Any, address: str) -> str:
         "document.querySelectorAll('.scrolling')[0].scrollWidth > document.querySelectorAll('.scrolling')[0].clientWidth"
     )
     assert shaded(page) == [False, True], "there is more to the right"
+    assert page.evaluate("(own => own.scrollWidth <= own.clientWidth)(document.querySelectorAll('.scrolling')[1])"), "wraps"
     page.evaluate("document.querySelectorAll('.scrolling')[0].scrollLeft = 1e6")
     assert shaded(page) == [True, False], "there is more to the left"
     page.keyboard.press("Tab")

@@ -42,11 +42,11 @@ def replacing(path: str | os.PathLike[str], *, overwrite: bool = False) -> Itera
     created = False
     try:
         if target.is_dir():
-            raise InputError(f"{target}: is a folder; the name of a file was expected")
+            raise InputError(f"{os.fspath(path)}: is a folder; the name of a file was expected")
         if target.exists() and not target.is_file():
-            raise InputError(f"{target}: is not a regular file")
+            raise InputError(f"{os.fspath(path)}: is not a regular file")
         if target.exists() and not overwrite:
-            raise InputError(_exists(target))
+            raise InputError(_exists(path))
         # Not tempfile: its files are closed to everybody else, and so would be the result.
         _begun.add(str(temporary))
         temporary.open("x").close()
@@ -55,12 +55,12 @@ def replacing(path: str | os.PathLike[str], *, overwrite: bool = False) -> Itera
         if overwrite:
             os.replace(temporary, target)
         else:
-            _place(temporary, target)
+            _place(temporary, target, path)
         created = False
     except OSError as error:
         if error.filename is not None and os.fspath(error.filename) not in (str(temporary), str(target)):
             raise  # the block stumbled over another file
-        raise InputError(f"{target}: cannot be written: {error.strerror or error}") from None
+        raise InputError(f"{os.fspath(path)}: cannot be written: {error.strerror or error}") from None
     finally:
         if created:
             temporary.unlink(missing_ok=True)
@@ -109,16 +109,16 @@ def check_room(path: str | os.PathLike[str], size: float) -> None:
         raise InputError(f"{os.fspath(path)}: takes {size / 1e6:.3g} MB, the disk has room for {room / 1e6:.3g} MB")
 
 
-def _exists(target: Path) -> str:
-    return f"{target}: exists already; choose another name, or allow overwriting (--overwrite)"
+def _exists(path: str | os.PathLike[str]) -> str:
+    return f"{os.fspath(path)}: exists already; choose another name, or allow overwriting (--overwrite)"
 
 
-def _place(temporary: Path, target: Path) -> None:
+def _place(temporary: Path, target: Path, path: str | os.PathLike[str]) -> None:
     """Give a file its name unless another has taken it meanwhile."""
     try:
         os.link(temporary, target)
     except FileExistsError:
-        raise InputError(_exists(target)) from None
+        raise InputError(_exists(path)) from None
     except OSError:  # a file system without links
         os.replace(temporary, target)
         return

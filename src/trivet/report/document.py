@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
@@ -16,6 +17,8 @@ class Words(NamedTuple):
     """A paragraph."""
 
     text: str
+    says_why: bool = False
+    """Whether it stands in place of something that cannot be told, and says why."""
 
 
 class Table(NamedTuple):
@@ -63,6 +66,13 @@ class Section(NamedTuple):
     heading: str
     blocks: tuple[Block, ...]
     sections: tuple[Section, ...] = ()
+
+
+def all_sections(sections: Iterable[Section]) -> Iterator[Section]:
+    """Sections with all that stand within them, as they are read."""
+    for section in sections:
+        yield section
+        yield from all_sections(section.sections)
 
 
 class Document(NamedTuple):

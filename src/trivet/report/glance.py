@@ -21,6 +21,7 @@ class Fact(NamedTuple):
     """A number of every machine."""
 
     name: str
+    """Where {sphere} stands for the sphere of the tilts."""
     section: str
     """Which tells it; without that section the number is not worked out."""
     of: Callable[[Subject], str]
@@ -56,14 +57,18 @@ FACTS = (
     Fact("chains, drives in brackets", "machine", _chains),
     Fact("mass of what moves, kg", "home", lambda s: _number(sum(s.home.masses.values()))),
     Fact(
-        "tilt reached at every azimuth (cones of ball joints without a neutral axis not looked at), °",
+        "tilt reached at every azimuth on {sphere}, pose by pose, best roll "
+        "(cones of ball joints without a neutral axis not looked at), °",
         "reach",
         lambda s: _number(math.degrees(s.tilt.tilt)),
     ),
-    Fact("tilt reached from home, °", "reach", lambda s: _number(math.degrees(s.tilt.connected_tilt))),
-    Fact("workspace, cm³", "reach", lambda s: _number(s.workspace.volume * 1e6)),
+    Fact("tilt reached from home on {sphere}, best roll, °", "reach", lambda s: _number(math.degrees(s.tilt.connected_tilt))),
+    Fact("workspace, pose by pose, cm³", "reach", lambda s: _number(s.workspace.volume * 1e6)),
+    Fact("workspace reached from home, cm³", "reach", lambda s: _number(s.workspace.volume_from_home * 1e6)),
     Fact(
-        "tilt from home to a singularity, °", "singularities", lambda s: _number(math.degrees(s.singularity.tilt_margin.angle))
+        "tilt about the home centre to a singularity, °",
+        "singularities",
+        lambda s: _number(math.degrees(s.singularity.tilt_margin.angle)),
     ),
     *(Fact(f"{quantity}, mean over the check points, N/µm", "stiffness", _stiffness(quantity)) for quantity in HELD),
     Fact("lowest natural frequency, Hz", "vibration", lambda s: _number(float(np.min(s.modes.frequency)))),
@@ -75,10 +80,23 @@ _WORDS = "Every number is explained in the section that it comes from. Where the
 
 def glance(subjects: Sequence[Subject], sections: Collection[str]) -> Section:
     """All facts that the chosen sections have worked out."""
-    rows = [(fact.name, *(_told(fact, subject) for subject in subjects)) for fact in FACTS if fact.section in sections]
+    sphere = _sphere(subjects)
+    rows = [
+        (fact.name.format(sphere=sphere), *(_told(fact, subject) for subject in subjects))
+        for fact in FACTS
+        if fact.section in sections
+    ]
     titles = ("what it is", *(subject.machine.about.title for subject in subjects))
     table = Table("", ("", *(subject.name for subject in subjects)), (titles, *rows))
     return Section("At a glance", (table, Words(_WORDS)))
+
+
+def _sphere(subjects: Sequence[Subject]) -> str:
+    """On which tilts are told."""
+    radii = {subject.radius for subject in subjects}
+    if len(radii) == 1 and (radius := radii.pop()) is not None:
+        return f"the sphere of {1e3 * radius:g} mm"
+    return "the sphere of each workpiece"
 
 
 def _told(fact: Fact, subject: Subject) -> str:

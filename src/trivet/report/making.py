@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 
 from trivet.errors import InputError, nearest
 from trivet.files import check_writable
 from trivet.kinematics.mode import parse_mode
-from trivet.report.document import Document, Section, check_suffix, write_document
+from trivet.report.document import Document, Section, Words, all_sections, check_suffix, write_document
 from trivet.report.glance import glance
 from trivet.report.provenance import provenance
 from trivet.report.sections import (
@@ -47,6 +49,7 @@ TELL: dict[str, Callable[[Subject], Section]] = {
 PYTHON = "trivet.write_report, in Python"
 
 Progress = Callable[[str, int, int], None]
+Tell = Callable[[str], None]
 
 
 def write_report(
@@ -129,14 +132,15 @@ def report_of(
     measurement: Measurement | None = None,
     command: str = PYTHON,
     progress: Progress = lambda name, done, total: None,
+    tell: Tell = lambda words: None,
 ) -> Document:
-    """The document of a report; see `write_report`."""
+    """The document of a report; see `write_report`. `tell` is called with a line for every section that is done."""
     chosen = _chosen(sections, subjects, measurement)
     _check(subjects, measurement if MEASURED in chosen else None)
-    own = [_of_one(subject, chosen, measurement, progress) for subject in subjects]
+    own = [_of_one(subject, chosen, measurement, progress, tell) for subject in subjects]
     parts = [glance(subjects, chosen)]
     if COMPARISON in chosen:
-        parts.append(comparison.section(subjects))
+        parts.append(_timed(COMPARISON, lambda: comparison.section(subjects), tell))
     if len(subjects) == 1:
         parts += own[0]
     else:
@@ -180,17 +184,36 @@ def _check(subjects: Sequence[Subject], measurement: Measurement | None) -> None
             measurement.check(subject)
 
 
-def _of_one(subject: Subject, chosen: Sequence[str], measurement: Measurement | None, progress: Progress) -> list[Section]:
+def empty_sections(document: Document) -> list[str]:
+    """A line for every reason why something is not told, with the headings of the sections in which it stands."""
+    found: dict[str, list[str]] = {}
+    for section in all_sections(document.sections):
+        for block in section.blocks:
+            if isinstance(block, Words) and block.says_why:
+                found.setdefault(block.text, []).append(section.heading)
+    return [f"{', '.join(headings)}: {reason}" for reason, headings in found.items()]
+
+
+def _timed(name: str, make: Callable[[], Section], tell: Tell) -> Section:
+    """A section; a line tells when it is done."""
+    start = time.monotonic()
+    found = make()
+    tell(f"{name} ({time.monotonic() - start:.0f} s)")
+    return found
+
+
+def _of_one(
+    subject: Subject, chosen: Sequence[str], measurement: Measurement | None, progress: Progress, tell: Tell
+) -> list[Section]:
     """The sections of one machine."""
+    make = {name: partial(own, subject) for name, own in TELL.items()}
+    if measurement is not None:
+        make[MEASURED] = partial(measured.section, subject, measurement)
     names = [name for name in (*OWN[:-1], MEASURED, OWN[-1]) if name in chosen]
     found = []
     for done, name in enumerate(names):
         progress(subject.name, done, len(names))
-        if name == MEASURED:
-            assert measurement is not None
-            found.append(measured.section(subject, measurement))
-        else:
-            found.append(TELL[name](subject))
+        found.append(_timed(f"{subject.name}: {name}", make[name], tell))
     progress(subject.name, len(names), len(names))
     return found
 

@@ -10,7 +10,7 @@ from importlib import resources
 from itertools import count
 from typing import Any, NamedTuple
 
-from trivet.report.document import Block, Document, Plot, Section, Table
+from trivet.report.document import Block, Document, Plot, Section, Table, all_sections
 
 _NUMBER = re.compile(r"[<>≈±+−-]?\s*\d[\d., ]*(e[+−-]?\d+)?\s*(%|[^\W\d][\w/]*( [^\W\d][\w/]*)?|°[\w/²]*)?")
 """A number, with its unit or without."""
@@ -40,6 +40,7 @@ def page_of(document: Document) -> str:
     scripts = _scripts(document)
     numbers = count(1)
     own.filters |= {"base64": _base64, "json": _json, "numeric": _numeric}
+    own.tests["in_space"] = _in_space
     own.tests |= {kind.__name__.lower(): _is(kind) for kind in Block.__args__}
     return own.get_template("page.html").render(
         document=document,
@@ -70,15 +71,11 @@ def _entries(sections: tuple[Section, ...], above: str = "") -> tuple[Entry, ...
 
 def _scripts(document: Document) -> tuple[str, ...]:
     """What draws the plots, once; nothing where there are none."""
-    if not any(isinstance(block, Plot) for section in _all(document.sections) for block in section.blocks):
+    if not any(isinstance(block, Plot) for section in all_sections(document.sections) for block in section.blocks):
         return ()
     from plotly.offline import get_plotlyjs
 
     return (get_plotlyjs(), _file("plots.js"))
-
-
-def _all(sections: tuple[Section, ...]) -> list[Section]:
-    return [one for section in sections for one in (section, *_all(section.sections))]
 
 
 def _printable(value: Any) -> Any:
@@ -104,6 +101,11 @@ def _json(figure: Any) -> str:
         layout.pop(name, None)
     layout |= {"autosize": True, "paper_bgcolor": "white", "font": {"color": "black"} | layout.get("font", {})}
     return json.dumps(value, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _in_space(figure: Any) -> bool:
+    """Whether there is something in a plotly figure that can be turned."""
+    return any("scene" in trace for trace in figure.data)
 
 
 def _numeric(table: Table) -> list[bool]:

@@ -81,6 +81,12 @@ class Subject:
         return shlex.join(["trivet", *name.split(), *words, *options, *switches, *signs])
 
     @property
+    def radius(self) -> float | None:
+        """Radius (m) of the hemisphere; None where nobody gives one."""
+        piece = self.machine.workpiece
+        return float(piece.radius) if self.points.radius is None and piece is not None else self.points.radius
+
+    @property
     def surface(self) -> Surface:
         """The check points."""
         from trivet.study.stiffness_map import surface_of
@@ -96,7 +102,7 @@ class Subject:
 
     @cached_property
     def hidden(self) -> float:
-        """Mass (kg) of rods inside the guides in which they slide, at home: it moves, and does not vibrate."""
+        """Mass (kg) of rods inside the guides in which they slide, at home: it moves, and its inertia is in no mode."""
         from trivet.statics.assembly import assemble
 
         structure = assemble(self.machine, self.home.frame, self.home.signs)
@@ -119,8 +125,10 @@ class Subject:
     @cached_property
     def singularity(self) -> SingularityReport:
         """How near home is to one."""
+        from trivet.study.home import require_home
         from trivet.study.singularity import singularity_report
 
+        require_home(self.machine, self.mode, within_travel=False)
         return singularity_report(self.machine, mode=self.mode)
 
     @cached_property
@@ -166,8 +174,7 @@ class Subject:
         """Radius (m) of the motion: that of the hemisphere, or a part of the machine's size."""
         if self.points.radius is not None:
             return self.points.radius
-        piece = self.machine.workpiece
-        own = PART * float(self.machine.characteristic_length) if piece is None else float(piece.radius)
+        own = PART * float(self.machine.characteristic_length) if self.radius is None else self.radius
         return float(f"{own:.2g}")
 
     @cached_property
@@ -175,7 +182,9 @@ class Subject:
         """Once round a level circle about home."""
         from trivet.kinematics.standing import home_pose
         from trivet.space.curve import Limits, circle, timed
+        from trivet.study.home import require_home
         from trivet.study.motion import motion
 
+        require_home(self.machine, self.mode)
         way = timed([circle(home_pose(self.machine), self.circle)], Limits())
         return motion(self.machine, way, mode=self.mode)

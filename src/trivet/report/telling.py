@@ -33,7 +33,7 @@ def attempt(make: Callable[[], Iterable[Block]]) -> tuple[Block, ...]:
     try:
         return tuple(make())
     except TrivetError as error:
-        return (Words(f"There is nothing to show here. {error}"),)
+        return (Words(f"There is nothing to show here. {error}", says_why=True),)
 
 
 def picture(result: Any, caption: str, alt: str, **settings: Any) -> Picture:

@@ -37,7 +37,7 @@ def _picture(study: WorkspaceStudy, path: Path) -> None:
     FigureCanvasAgg(canvas)
     canvas.suptitle(f"workspace {KINDS[study.reports[0].kind]}: height of the columns, and the section at y = 0")
     low, high = (f([r.extent[k] for r in study.reports], axis=0) * 1e3 for k, f in ((0, np.min), (1, np.max)))
-    tall = high[1:] - low[1:]  # millimetres are as long in both rows
+    tall = np.maximum(high[1:] - low[1:], 0.1 * np.max(high - low))  # millimetres are as long in both rows
     grid: Any = np.reshape(canvas.subplots(2, count, sharex=True, height_ratios=tall), (2, count))
     most = max(float(r.columns.lengths.max()) for r in study.reports) * 1e3
     for k, report in enumerate(study.reports):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 import sys
 from dataclasses import dataclass
@@ -56,10 +55,10 @@ def run(
         ),
     ],
     sections: Annotated[
-        str | None,
+        list[str] | None,
         typer.Option(
             "--sections",
-            help=f"Some of {', '.join(SECTIONS)}; all that there is to say by default.",
+            help=f"Some of {', '.join(SECTIONS)}, by commas or repeated; all that there is to say by default.",
             metavar="NAMES",
         ),
     ] = None,
@@ -72,17 +71,28 @@ def run(
 ) -> None:
     """A report of machines in one file: pictures, tables, maps, statistics, and the commands that repeat them."""
     from trivet.report.document import write_document
-    from trivet.report.making import check_target, report_of
+    from trivet.report.making import check_target, empty_sections, report_of
     from trivet.study.comparison import PAPER_MACHINES
 
-    names = None if sections is None else [word for name in sections.split(",") if (word := name.strip())]
+    names = [word for name in ",".join(sections).split(",") if (word := name.strip())] if sections else None
     subjects = [_subject(word, settings or [], mode, points, model) for word in machines or PAPER_MACHINES]
     check_target(target, overwrite=overwrite)
+    measurement = test.read()
+    for one in subjects:
+        output.warn_of_home(one.machine, mode)
     with output.progress(False, "sections") as advance:
         command = shlex.join(["trivet", *sys.argv[1:]])
-        document = report_of(subjects, names, test.read(), command, advance)
+        document = report_of(subjects, names, measurement, command, advance, _tell)
         write_document(document, target, overwrite=overwrite)
-    typer.echo(f"{os.path.realpath(target)}: {_size(os.path.getsize(target))}")
+    for line in empty_sections(document):
+        output.warn(line)
+    output.wrote(target)
+
+
+def _tell(words: str) -> None:
+    """Say what is done where no bar shows it."""
+    if not sys.stderr.isatty():
+        print(words, file=sys.stderr, flush=True)
 
 
 def _subject(word: str, settings: list[str], mode: str | None, points: Hemisphere, model: Model) -> Subject:
@@ -96,7 +106,3 @@ def _subject(word: str, settings: list[str], mode: str | None, points: Hemispher
     radius, height = points.lengths()
     over = subject.CheckPoints(points.steps, radius, height)
     return subject.Subject(word, chosen, model.of(chosen), model.options(), mode, over)
-
-
-def _size(count: int) -> str:
-    return f"{count / 1e6:.1f} MB" if count >= 1e5 else f"{count / 1e3:.0f} kB"

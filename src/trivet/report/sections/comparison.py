@@ -70,7 +70,7 @@ def _each(subjects: Sequence[Subject], ask: Callable[[Subject], _T]) -> tuple[li
         try:
             found.append(ask(subject))
         except TrivetError as error:
-            missing.append(Words(f"Left out: {error}"))
+            missing.append(Words(f"Left out: {error}", says_why=True))
     if not found:
         raise NoResultError(" ".join(words.text for words in missing if isinstance(words, Words)))
     return found, missing

@@ -27,6 +27,7 @@ def _blocks(subject: Subject) -> Iterator[Block]:
     if subject.hidden > 0:
         left = sum(subject.home.masses.values()) - subject.hidden
         yield Words(
-            f"Rods that slide count with all their length. {subject.hidden:.4g} kg of that is inside their guides, neither "
-            f"bends nor vibrates, and is left out where natural modes are told: {left:.4g} kg vibrate."
+            f"Rods that slide count with all their length. {subject.hidden:.4g} kg of that is inside their guides: it does not "
+            "bend, and its inertia is left out of natural modes and frequency responses, so that their frequencies come out "
+            f"somewhat high where drives yield: {left:.4g} kg vibrate there."
         )

@@ -37,7 +37,9 @@ def _picture(subject: Subject) -> Iterator[Block]:
     from trivet.show.page import page
     from trivet.show.palette import paint
     from trivet.show.scene import scene
+    from trivet.study.home import require_home
 
+    require_home(subject.machine, subject.mode, within_travel=False)
     seen = scene(subject.machine, mode=subject.mode)
     caption = f"{subject.name} at home."
     alt = f"The machine {subject.name} at its home pose: chains from the ground to the platform, drives in orange."

@@ -13,7 +13,9 @@ _TILT = (
     "Pose by pose says what is reached at all; from home says what is reached without crossing a singularity on the way."
 )
 _WORKSPACE = (
-    "Where the platform centre gets to with the platform oriented as at home, joints inside their travel and bodies apart."
+    "Where the platform centre gets to with the platform oriented as at home, joints inside their travel and bodies apart. "
+    "The volume counts pose by pose, however each is come to; from home is the part that hangs together with home without "
+    "crossing a Type 2 singularity on the way."
 )
 
 

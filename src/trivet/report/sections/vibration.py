@@ -37,8 +37,8 @@ def _modes(subject: Subject) -> Iterator[Block]:
     yield from told(view.tables(subject.modes))
     if subject.hidden > 0:
         yield Words(
-            f"That is {subject.hidden:.4g} kg less than what moves, as told at home: of rods that slide only what is out of "
-            "their guides vibrates."
+            f"That is {subject.hidden:.4g} kg less than what moves, as told at home: the inertia of what rods that slide have "
+            "inside their guides is left out, so that frequencies come out somewhat high where drives yield."
         )
 
 
