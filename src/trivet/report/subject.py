@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from trivet.study.tilt import TiltReport
     from trivet.study.workspace import WorkspaceReport
 
+MODES = 12
+"""Natural modes told of."""
 PART = 0.1
 """Radius of the circle of a motion, of the characteristic length, where there is no workpiece."""
 
@@ -156,10 +158,10 @@ class Subject:
     @cached_property
     def modes(self) -> ModesReport:
         """At home."""
-        from trivet.study.mode_summary import aligned
+        from trivet.study.mode_summary import MORE, aligned
         from trivet.study.modes import modes
 
-        return aligned(modes(self.machine, mode=self.mode))
+        return aligned(modes(self.machine, mode=self.mode, count=MODES + MORE), MODES)
 
     @cached_property
     def response(self) -> ShownResponse:

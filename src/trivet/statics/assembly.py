@@ -74,7 +74,7 @@ class NodeMass:
 
 @dataclass(frozen=True)
 class Sheathed:
-    """What of a rod its guide hides: it weighs, and it neither bends nor vibrates."""
+    """What of a rod its guide hides: it weighs and does not bend, and its inertia is left out of vibrations."""
 
     name: str
     """Chain and slide to which it belongs."""

@@ -8,7 +8,7 @@ from trivet.errors import TrivetError
 from trivet.model import Machine
 from trivet.show.mode_shapes import MovingScene, moving_scene
 from trivet.study.frf import FrequencyResponse, frf, minimum_dynamic_stiffness
-from trivet.study.mode_summary import aligned, summaries
+from trivet.study.mode_summary import MORE, aligned, summaries
 from trivet.study.modes import modes
 from trivet.study.pose import PoseReport
 from trivet.study.singularity import SingularityReport, singularity_report
@@ -52,7 +52,7 @@ def vibration(machine: Machine, numbers: PoseNumbers, mode: str, with_scene: boo
     try:
         response = frf(*at, mode=mode or None, anyway=True, high=HIGHEST, points=POINTS)
         told = [words.minima(minimum_dynamic_stiffness(response.at)[:3])]
-        found = aligned(modes(*at, mode=mode or None, anyway=True, count=MODES))
+        found = aligned(modes(*at, mode=mode or None, anyway=True, count=MODES + MORE), MODES)
     except TrivetError as error:
         return Vibration(None, [words.esc(str(error))], [], None)
     listed = [f"{one.frequency:.1f} Hz, {one.motion}" for one in summaries(found)]
