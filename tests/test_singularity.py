@@ -372,6 +372,17 @@ def test_the_shift_margin_is_the_radius_of_the_platform_joints(name: str) -> Non
     assert report.singularity.distance.length > 2 * margin.length
 
 
+@pytest.mark.parametrize("name", ["azulay", "eclipse", "gough-stewart"])
+def test_the_shift_margin_of_a_leaning_platform_is_told_in_the_base_frame(name: str) -> None:
+    """Moved by it in {O} the machine is singular: so says the singular value, which the search does not look at."""
+    machine, angles = load(name), (0.5, 0.3, -0.2)
+    centre = np.array(machine.home.position, dtype=float)
+    margin = singularity_report(machine, zyz_frame(centre, *angles)).shift_margin
+    there = centre + margin.length * np.array(margin.direction)
+    assert singularity(machine, zyz_frame(there, *angles)).sigma_min < 1e-6
+    assert singularity(machine, zyz_frame(centre, *angles)).sigma_min > 0.01
+
+
 @pytest.mark.parametrize("at", [(0, 0, 0.125), (-0.018 + 1e-8, 0, 0.12)], ids=["no slope along it", "no slope"])
 def test_no_slope_is_no_proof(at: tuple[float, float, float]) -> None:
     """On an axis of symmetry, and where a carriage flips, first order tells neither how near one is nor that there is none."""

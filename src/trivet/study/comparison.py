@@ -26,8 +26,8 @@ CAVEATS = (
 )
 
 UNLIKE = (
-    "The machines are compared over unlike hemispheres, each over the workpiece of its own file; --radius and --height give "
-    "all of them the same one."
+    "The machines are compared over unlike hemispheres, each over the workpiece of its own file; one radius and height given "
+    "for all make them alike."
 )
 
 

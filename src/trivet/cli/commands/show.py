@@ -43,7 +43,7 @@ def run(
     if out.figure:
         _draw(chosen, at, mode, out)
     elif not toml:
-        output.warn_of_home(chosen)
+        output.warn_of_home(chosen, mode)
 
 
 def _draw(machine: Machine, at: At, mode: str | None, out: Output) -> None:
