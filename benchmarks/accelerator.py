@@ -154,7 +154,7 @@ def _margins() -> Work:
 def _clearances() -> Work:
     machine, rng = load("azulay"), np.random.default_rng(4)
     signs, poses, scene = parse_mode(machine), _poses(machine, rng), scene_of(machine, with_workpiece=False)
-    kernel = partial(margins._clearances, scene)
+    kernel = partial(margins.clearances, scene)
 
     def on_processor() -> Any:
         return margins.clearance(machine, scene, poses, signs)
@@ -168,10 +168,10 @@ def _controls() -> Work:
     signs, poses, length = parse_mode(machine), _poses(machine, rng), machine.characteristic_length
 
     def on_processor() -> Any:
-        return margins._over(partial(margins._controls, machine.legs_unnamed, length), poses, signs)
+        return margins._over(partial(margins.controls, machine.legs_unnamed, length), poses, signs)
 
     arguments = machine.legs_unnamed, length, poses, signs
-    return Work("sigma_min and det J_x of azulay", POSES, margins._controls, arguments, on_processor)
+    return Work("sigma_min and det J_x of azulay", POSES, margins.controls, arguments, on_processor)
 
 
 def _poses(machine: Any, rng: Any) -> Any:

@@ -52,6 +52,16 @@ class Transmission(NamedTuple):
         return jnp.minimum(jnp.min(self.input, axis=-1), jnp.min(self.output, axis=-1))
 
 
+def check(machine: Machine) -> None:
+    """Raise InputError for a machine of which transmission indices are not told."""
+    names = actuator_names(machine)
+    if len(names) != 6:
+        raise InputError(f"{machine.name}: {len(names)} actuators; transmission indices are told of six")
+    for leg in machine.legs:
+        if not any(isinstance(e, Spherical) for e in leg.chain.elements):
+            raise InputError(f"{machine.name}: chain {leg.name} has no ball joint; transmission indices are told of forces")
+
+
 class _Drives(NamedTuple):
     """The k drives of a chain with their transmission wrenches, unit forces, at the platform centre in {O}."""
 
@@ -74,12 +84,8 @@ def transmission(machine: Machine, pose: Frame, signs: Scalar) -> Transmission:
     Raises:
         InputError: for any other machine.
     """
+    check(machine)
     names = actuator_names(machine)
-    if len(names) != 6:
-        raise InputError(f"{machine.name}: {len(names)} actuators; transmission indices are told of six")
-    for leg in machine.legs:
-        if not any(isinstance(e, Spherical) for e in leg.chain.elements):
-            raise InputError(f"{machine.name}: chain {leg.name} has no ball joint; transmission indices are told of forces")
     chains = per_chain(machine, pose, signs, lambda leg, posture: _drives(machine, leg, posture, pose))
     own = [f"{leg.name}.{e.name}" for leg in machine.legs for e in leg.chain.elements if is_driven(e)]
     order = jnp.array([own.index(name) for name in names])

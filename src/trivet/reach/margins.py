@@ -41,7 +41,7 @@ def travel_margin(machine: Machine, poses: Frame, signs: Any) -> Array:
     Returns:
         1 in the middle of every travel, 0 at an end, below zero outside, minus infinity where a chain does not close.
     """
-    return _over(partial(_margins, machine.legs_unnamed), poses, signs)
+    return _over(partial(margins, machine.legs_unnamed), poses, signs)
 
 
 def travel_margin_on_grid(machine: Machine, frames: Frame, rolls: Array, signs: Any) -> Array:
@@ -62,7 +62,7 @@ def clearance(machine: Machine, scene: Scene, poses: Frame, signs: Any, workpiec
     """Signed distance (n,) of the nearest pair of bodies that must not touch, m; infinite where there is none."""
     least = np.full(len(poses.origin.x), FAR)
     if scene.plain.pairs:
-        least = _over(partial(_clearances, scene.plain, machine, workpiece), poses, signs)
+        least = _over(partial(clearances, scene.plain, machine, workpiece), poses, signs)
     if scene.meshed.pairs:
         least = np.minimum(least, _of_meshes(machine, scene.meshed, poses, signs, workpiece).min(axis=1))
     return least
@@ -125,7 +125,7 @@ class Control(NamedTuple):
 def control(machine: Machine, poses: Frame, signs: Any) -> Control:
     """How far poses (n,) are from Type 2 singularities, and on which side of them."""
     require_six_each(machine)
-    least, found = _over(partial(_controls, machine.legs_unnamed, machine.characteristic_length), poses, signs)
+    least, found = _over(partial(controls, machine.legs_unnamed, machine.characteristic_length), poses, signs)
     return Control(least, np.sign(found))
 
 
@@ -134,7 +134,7 @@ def _over(kernel: Callable[[Frame, Any], Any], poses: Frame, signs: Any) -> Any:
 
 
 @jax.jit
-def _margins(legs: Any, poses: Frame, signs: Scalar) -> Scalar:
+def margins(legs: Any, poses: Frame, signs: Scalar) -> Scalar:
     found = [jnp.min(margin(group.leg, group.stand(poses, signs), poses), axis=0) for group in alike(legs)]
     least = jnp.min(jnp.stack(found), axis=0)
     return jnp.where(jnp.isnan(least), -jnp.inf, least)
@@ -145,7 +145,7 @@ def _margins_on_grid(legs: Any, frames: Frame, rolls: Angle, signs: Scalar) -> S
     count, turns = len(frames.origin.x), len(rolls.cos)
     tall = jax.tree.map(lambda c: jnp.broadcast_to(c[:, None], (count, turns)).ravel(), frames)
     wide = jax.tree.map(lambda c: jnp.broadcast_to(c, (count, turns)).ravel(), rolls)
-    return _margins(legs, rolled(tall, wide), signs).reshape(count, turns)
+    return margins(legs, rolled(tall, wide), signs).reshape(count, turns)
 
 
 def _distances(
@@ -157,7 +157,7 @@ def _distances(
 
 
 @partial(jax.jit, static_argnums=0)
-def _clearances(scene: Scene, machine: Machine, workpiece: Ball | None, poses: Frame, signs: Scalar) -> Scalar:
+def clearances(scene: Scene, machine: Machine, workpiece: Ball | None, poses: Frame, signs: Scalar) -> Scalar:
     parts = [jnp.min(found, axis=0) for _, found in _distances(scene, machine, workpiece, poses, signs)]
     return jnp.min(jnp.stack(parts), axis=0)
 
@@ -181,7 +181,7 @@ def _all_distances(scene: Scene, machine: Machine, workpiece: Ball | None, poses
 
 
 @jax.jit
-def _controls(legs: Any, length: Scalar, poses: Frame, signs: Scalar) -> tuple[Scalar, Scalar]:
+def controls(legs: Any, length: Scalar, poses: Frame, signs: Scalar) -> tuple[Scalar, Scalar]:
     rows = forces(legs, length, poses, signs)
     ours = [jnp.stack([*row[:3], *(moment / length for moment in row[3:])]) for row in rows]
     return least_singular_values(jnp.stack(ours)), expanded(rows)

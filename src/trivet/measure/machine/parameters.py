@@ -16,13 +16,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from trivet.errors import InputError, nearest
-from trivet.model import Machine, dimensions
-from trivet.model.elements import KEYS
-from trivet.model.kinds import kinds
-from trivet.model.paths import find, join, leaves
+from trivet.errors import InputError
+from trivet.model import Machine
+from trivet.model.numbers import number
 from trivet.model.quantity import Quantity
-from trivet.model.writing import document_of
 
 LOSS_FACTOR = "loss_factor"
 """The loss factor of the analysis, of all that has none of its own, by this name."""
@@ -45,7 +42,7 @@ class Free(NamedTuple):
 
 
 class Number(NamedTuple):
-    """A number of a machine."""
+    """A number of a machine, or the loss factor of the analysis."""
 
     path: str
     """Key path in full."""
@@ -138,25 +135,12 @@ def parameters(machine: Machine, free: Sequence[Free], loss_factor: float) -> Pa
 def look_up(machine: Machine, path: str, loss_factor: float) -> Number:
     """A number of a machine by its key path or an abbreviation, or the loss factor of the analysis.
 
-    Members of lists without names, such as the three coordinates of a position, are counted from 1: "home.position.3".
-
     Raises:
-        InputError: for a path that the machine does not have, or that is no number.
+        InputError: as `model.numbers.number`.
     """
     if path == LOSS_FACTOR:
         return Number(path, None, LOSS, loss_factor)
-    document, known = document_of(machine), dimensions(machine)
-    head, _, last = path.rpartition(".")
-    is_member = bool(head) and last.isdigit()
-    keys = find(document, head if is_member else path, KEYS)
-    whole = join(document, keys) + (f".{last}" if is_member else "")
-    if whole not in known:
-        if not is_member and not any(leaf[: len(keys)] == keys for leaf in leaves(document)):
-            raise InputError(f'{path}: has no value in this machine; give it one to start from, such as --set {path}="…"')
-        beside = [k for k in known if k.startswith(whole + ".")]
-        hint = f"; name one of {', '.join(beside)}" if beside else nearest(path, known)
-        raise InputError(f"{path}: is no number of this machine that could change{hint}")
-    return Number(whole, list(known).index(whole), kinds(machine)[whole], float(known[whole]))
+    return Number(*number(machine, path))
 
 
 def _known(one: Free, number: Number) -> tuple[bool, float, float, float]:

@@ -1,0 +1,160 @@
+"""The kernel over designs: what is asked of every one of them, in pieces of one size, over all cores, in constant memory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+from trivet.design.looked import Stand
+from trivet.design.quantities import Quantity
+from trivet.design.studied import Studied
+from trivet.design.study import CONTRADICTION, NOT_REACHED, WORKED_OUT, Column, Study
+from trivet.design.variables import machine_of
+from trivet.model.rules import kept
+from trivet.space.batches import in_threads
+from trivet.space.surface import hemisphere
+
+Array = NDArray[Any]
+
+TILE = 4096
+"""Poses that a core works on at a time: what the kernel needs for them stays in its cache."""
+PIECE = 1_000_000
+"""Poses of a call, about."""
+MOST_DESIGNS = 65_536
+"""Of a call."""
+BYTES_PER_POSE = 4096
+"""Memory that an accelerator is taken to need for a pose."""
+
+
+class Worked(NamedTuple):
+    """Designs worked out."""
+
+    values: Array
+    """(n, columns) SI; NaN where a design has no such number."""
+    status: Array
+    """(n,) int8, `study.STATUSES`."""
+
+
+class Evaluation:
+    """A study's quantities of any designs; kernels compile once."""
+
+    def __init__(self, study: Study) -> None:
+        self.study = study
+        self.columns: list[Column] = study.columns
+
+    @cached_property
+    def poses(self) -> int:
+        """Of a machine per design."""
+        points = self.study.subjects[0].points
+        over = any(isinstance(own, Quantity) and own.is_over_points for own in self.study.quantities)
+        return len(hemisphere(0.0, 1.0, points.steps)) * points.rolls if over else 1
+
+    @property
+    def cost(self) -> int:
+        """Poses of a map that take about as long as a design."""
+        studied = sum(own.cost for own in self.study.quantities if isinstance(own, Studied))
+        return (self.poses + studied) * len(self.study.subjects)
+
+    @cached_property
+    def tile(self) -> int:
+        """Designs that are worked on as one batch."""
+        device = jax.devices()[0]
+        most = TILE if device.platform == "cpu" else _room(device) // BYTES_PER_POSE
+        return _power_of_two(max(1, most // self.poses))
+
+    @cached_property
+    def piece(self) -> int:
+        """Designs per call, a fixed number."""
+        return max(self.tile, min(MOST_DESIGNS, _power_of_two(max(1, PIECE // self.poses))))
+
+    def __call__(self, designs: Array, progress: Callable[[int], None] = lambda done: None) -> Worked:
+        """Designs (n, d) worked out; progress is called with how many are done."""
+        count = len(designs)
+        values = np.full((count, len(self.columns)), np.nan)
+        good, reached = np.ones(count, dtype=bool), np.ones(count, dtype=bool)
+        for place in range(len(self.study.subjects)):
+            good &= self._kept(place, designs)
+        rows = np.flatnonzero(good)
+        for place in range(len(self.study.subjects)):
+            self._by_kernel(place, designs, rows, values)
+            self._by_study(place, designs, rows, values, progress)
+            own = [k for k, column in enumerate(self.columns) if column.place == place]
+            reached &= np.isfinite(values[:, own]).any(axis=1)
+        progress(count)
+        status = np.where(good, np.where(reached, WORKED_OUT, NOT_REACHED), CONTRADICTION).astype(np.int8)
+        return Worked(values, status)
+
+    def _kept(self, place: int, designs: Array) -> Array:
+        """Which designs' numbers do not contradict each other."""
+        machine = machine_of(self.study.subjects[place].machine, place, self.study.variables, list(designs.T))
+        return np.broadcast_to(kept(machine), len(designs))
+
+    def _by_kernel(self, place: int, designs: Array, rows: Array, values: Array) -> None:
+        columns = [k for k, c in enumerate(self.columns) if c.place == place and isinstance(c.asked, Quantity)]
+        if not columns or not len(rows):
+            return
+        kernel = self.kernel(place)
+        size = self.piece
+
+        def pieces() -> Iterator[Array]:
+            for start in range(0, len(rows), size):
+                index = np.minimum(np.arange(start, start + size), len(rows) - 1)
+                yield designs[rows[index]]
+
+        found = np.concatenate(list(in_threads(lambda piece: np.asarray(kernel(piece)), pieces())))[: len(rows)]
+        values[rows[:, None], columns] = found
+
+    def _by_study(self, place: int, designs: Array, rows: Array, values: Array, progress: Callable[[int], None]) -> None:
+        columns = [(k, c.asked) for k, c in enumerate(self.columns) if c.place == place and isinstance(c.asked, Studied)]
+        points, mode = self.study.subjects[place].points, self.study.given.poses.mode
+        for done, row in enumerate(rows) if columns else ():
+            machine = self.study.machine(place, designs[row])
+            for k, asked in columns:
+                values[row, k] = asked.of(machine, points, mode)
+            progress(done)
+
+    def kernel(self, place: int) -> Callable[[Array], Any]:
+        """The compiled kernel of one machine: designs (piece, d) to quantities (piece, q)."""
+        if place not in self._kernels:
+            self._kernels[place] = self._made(place)
+        return self._kernels[place]
+
+    @cached_property
+    def _kernels(self) -> dict[int, Callable[[Array], Any]]:
+        return {}
+
+    def _made(self, place: int) -> Callable[[Array], Any]:
+        study, subject = self.study, self.study.subjects[place]
+        asked = [own for own in study.quantities if isinstance(own, Quantity)]
+        numbers, structure = jax.tree.flatten(subject.machine)
+
+        @jax.jit
+        def run(numbers: list[Any], signs: Any, designs: Any) -> Any:
+            base = jax.tree.unflatten(structure, numbers)
+
+            def one(design: Any) -> Any:
+                machine = machine_of(base, place, study.variables, list(design))
+                stand = Stand(machine, subject.points, signs, subject.scene, study.load)
+                return jnp.stack([own.value(stand) for own in asked])
+
+            return jax.lax.map(one, designs, batch_size=self.tile if self.tile > 1 else None)
+
+        held, signs = [np.float64(v) for v in numbers], jnp.asarray(subject.signs)
+        return lambda designs: run(held, signs, designs)
+
+
+def _room(device: Any) -> int:
+    """Bytes of an accelerator that may be used."""
+    stats = device.memory_stats() or {}
+    return int(stats.get("bytes_limit", 4 << 30)) // 2
+
+
+def _power_of_two(count: int) -> int:
+    """The greatest that is not above a number."""
+    return 1 << (count.bit_length() - 1)

@@ -1,0 +1,137 @@
+"""A machine at poses while JAX traces it: what several quantities ask for is worked out once."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+from trivet.kinematics.inverse import inverse
+from trivet.kinematics.travel import within
+from trivet.model import Machine
+from trivet.model.machine import turned_by
+from trivet.reach.scene import Scene
+from trivet.space.frame import IDENTITY, Angle, Frame
+from trivet.space.pose import rolled, tangent_axes
+from trivet.space.scalar import Scalar
+from trivet.space.surface import hemisphere
+from trivet.space.symmetric import Symmetric
+from trivet.space.vector import Vec
+from trivet.statics.best_roll import on_grid
+from trivet.statics.compliance import platform_stiffness
+from trivet.statics.objective import Objective
+
+Array = NDArray[Any]
+Triple = tuple[float, float, float]
+
+_Y, _Z = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+
+
+class Load(NamedTuple):
+    """What acts on the platform at its centre, and on all bodies; in {O}, SI."""
+
+    force: Triple
+    moment: Triple
+    gravity: Triple
+
+
+class Points(NamedTuple):
+    """The check points, and how the roll is chosen at each."""
+
+    steps: int
+    """Lattice steps from pole to rim of the hemisphere."""
+    radius: float | None
+    """m; that of the workpiece where it is None."""
+    height: float | None
+    """Of the centre of the hemisphere, m; that of the workpiece where it is None."""
+    objective: Objective
+    """What the roll maximises."""
+    rolls: int
+    """That are looked at, evenly all round."""
+
+    def frames(self, machine: Machine) -> Frame:
+        """Frames (n,) at zero roll; numbers of the machine may be traced."""
+        unit = hemisphere(0.0, 1.0, self.steps)
+        piece = machine.workpiece
+        radius: Any = self.radius if piece is None or self.radius is not None else piece.radius
+        height: Any = self.height if piece is None or self.height is not None else piece.height
+        normal, first, second = tangent_axes(unit.azimuth, unit.tilt)
+        x, y, z = (unit.position[:, k] * radius for k in range(3))
+        return Frame(Vec(x, y, z + height), first, second, normal)
+
+    def turns(self) -> Angle:
+        """The rolls (m,)."""
+        angle = 2 * math.pi / self.rolls * np.arange(self.rolls)
+        return Angle(np.cos(angle), np.sin(angle))
+
+
+class Looked:
+    """A machine at poses (n,)."""
+
+    def __init__(self, machine: Machine, poses: Frame, reached: Scalar, signs: Any, scene: Scene, load: Load) -> None:
+        self.machine, self.poses, self.reached = machine, poses, reached
+        self.signs, self.scene, self.load = signs, scene, load
+
+    @cached_property
+    def stiffness(self) -> Symmetric:
+        """6 x 6 at the platform centre in {O}, components (n,)."""
+        mechanism = self.machine.mechanism
+        upper = jax.vmap(lambda pose: tuple(platform_stiffness(mechanism, pose, self.signs)[0].upper()))(self.poses)
+        return Symmetric.of(6, list(upper))
+
+    def parts(self, index: Any) -> Looked:
+        """The machine at some of the poses."""
+        poses = jax.tree.map(lambda c: jnp.asarray(c)[index], self.poses)
+        return Looked(self.machine, poses, self.reached[index], self.signs, self.scene, self.load)
+
+
+class Stand:
+    """A machine over its check points, each with the best of the rolls, and at home."""
+
+    def __init__(self, machine: Machine, points: Points, signs: Any, scene: Scene, load: Load) -> None:
+        self.machine, self.points, self.signs = machine, points, signs
+        self._scene, self._load = scene, load
+
+    @cached_property
+    def roll(self) -> tuple[Scalar, Scalar]:
+        """Number of the best roll at every check point, the first of those equally good, and whether any is reached (n,)."""
+        points = self.points
+        mechanism, frames, turns = self.machine.mechanism, points.frames(self.machine), points.turns()
+        frames, turns = jax.tree.map(jnp.asarray, (frames, turns))
+        values = on_grid(mechanism, frames, turns, self.signs, points.objective)
+        best = values.max(axis=1)
+        # Not argmax, which XLA does not vectorise.
+        number = jnp.where(values == best[:, None], jnp.arange(float(points.rolls)), float(points.rolls)).min(axis=1)
+        return jnp.minimum(number, points.rolls - 1).astype(int), best > -jnp.inf
+
+    @cached_property
+    def surface(self) -> Looked:
+        """Over the check points."""
+        number, reached = self.roll
+        return self.at_rolls(number, reached)
+
+    def at_rolls(self, number: Any, reached: Any) -> Looked:
+        """Over the check points with rolls that are known, by their numbers (n,)."""
+        turns = self.points.turns()
+        roll = Angle(*(jnp.asarray(c)[number] for c in turns))
+        frames = jax.tree.map(jnp.asarray, self.points.frames(self.machine))
+        return Looked(self.machine, rolled(frames, roll), reached, self.signs, self._scene, self._load)
+
+    @cached_property
+    def home(self) -> Looked:
+        """At home."""
+        home = self.machine.home
+        frame = IDENTITY.shift(home.position)
+        for axis, angle in ((_Z, home.azimuth), (_Y, home.tilt), (_Z, home.roll)):
+            frame = frame.turn(axis, turned_by(angle, 0.0))
+        frame = jax.tree.map(lambda c: jnp.asarray(c, dtype=float), frame)
+        signs = self.signs
+        legs = self.machine.legs_unnamed
+        reached = jnp.all(jnp.stack([within(leg, inverse(leg, frame, signs[k]), frame) for k, leg in enumerate(legs)]))
+        one = jax.tree.map(lambda c: c[None], frame)
+        return Looked(self.machine, one, reached[None], signs, self._scene, self._load)

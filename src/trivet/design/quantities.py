@@ -1,0 +1,112 @@
+"""Quantities: numbers that are asked of every design, by the names that study files give them.
+
+mean K_xx            a reduction over the check points of a field, each point with its best roll
+least clearance      mean, least, greatest, or deviation (of the population, as in the paper's tables)
+home 1/C_zz          a field at home
+mass, reached        a number of the machine itself
+tilt, home D_xx      a study of its own, machine by machine (`studied.py`)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import ModuleType
+
+import jax.numpy as jnp
+
+from trivet.design import studied
+from trivet.design.fields import Field, drives, envelope, margins, stiffness, transmission
+from trivet.design.looked import Stand
+from trivet.design.studied import Studied
+from trivet.dynamics.bodies import carried_mass, require_masses
+from trivet.errors import InputError, nearest
+from trivet.model import Machine
+from trivet.model.quantity import Quantity as Kind
+from trivet.space.scalar import Scalar
+
+FIELDS: tuple[ModuleType, ...] = (stiffness, margins, transmission, drives, envelope)
+
+MEAN, LEAST, GREATEST, DEVIATION, HOME = "mean", "least", "greatest", "deviation", "home"
+REDUCTIONS = (MEAN, LEAST, GREATEST, DEVIATION, HOME)
+
+MASS, REACHED = "mass", "reached"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number that a kernel works out of a machine as it stands."""
+
+    name: str
+    kind: Kind
+    """Its units."""
+    value: Callable[[Stand], Scalar]
+    check: Callable[[Machine], None]
+    """Raises InputError for a machine that has no such number."""
+    field: Field | None = None
+    reduction: str = ""
+    """Of the field, over poses."""
+
+    @property
+    def is_over_points(self) -> bool:
+        """Whether it asks for the check points, rather than home or no pose at all."""
+        return self.reduction not in ("", HOME) or self.name == REACHED
+
+
+Asked = Quantity | Studied
+
+
+def quantity(name: str) -> Asked:
+    """The quantity of a name.
+
+    Raises:
+        InputError: for a name that is not known, with the nearest that are.
+    """
+    text = " ".join(name.split())
+    if text == MASS:
+        return Quantity(MASS, Kind("mass", "kg", "kg"), lambda stand: _mass(stand.machine), require_masses)
+    if text == REACHED:
+        return Quantity(REACHED, Kind("share", "", ""), lambda stand: stand.roll[1].mean(), lambda machine: None)
+    found = studied.read(text)
+    if found is not None:
+        return found
+    reduction, _, rest = text.partition(" ")
+    field = next((f for module in FIELDS if (f := module.read(rest)) is not None), None) if reduction in REDUCTIONS else None
+    if field is None:
+        raise InputError(f"quantity '{text}' is not known{nearest(text, names())}")
+    return Quantity(text, field.kind, lambda stand: _reduced(field, reduction, stand), field.check, field, reduction)
+
+
+def names() -> list[str]:
+    """Names of quantities; those of stiffness along any direction, "mean K(1,0,1)", are known too."""
+    some = [name for module in FIELDS for name in module.NAMES]
+    return [MASS, REACHED, *studied.NAMES, *(f"{reduction} {name}" for reduction in REDUCTIONS for name in some)]
+
+
+def _reduced(field: Field, reduction: str, stand: Stand) -> Scalar:
+    looked = stand.home if reduction == HOME else stand.surface
+    return reduced(field.values(looked), looked.reached, reduction)
+
+
+def reduced(values: Scalar, reached: Scalar, reduction: str) -> Scalar:
+    """Values (n,) over the poses that are reached as one number; NaN where none is."""
+    count = reached.sum()
+    if reduction == LEAST:
+        found = jnp.where(reached, values, jnp.inf).min()
+    elif reduction == GREATEST:
+        found = jnp.where(reached, values, -jnp.inf).max()
+    else:
+        found = jnp.where(reached, values, 0.0).sum() / count
+        if reduction == DEVIATION:
+            found = jnp.sqrt(jnp.where(reached, (values - found) ** 2, 0.0).sum() / count)
+    return jnp.where(count > 0, found, jnp.nan)
+
+
+def _mass(machine: Machine) -> Scalar:
+    """Of the platform and of all bodies of the chains, rods as long as their travel asks for (kg)."""
+    stock, legs = machine.stock, machine.legs
+    total = carried_mass(machine.platform, legs, stock).mass
+    for leg in legs:
+        for element in leg.chain.elements[:-1]:
+            total = total + element.weigh(stock).mass
+    return jnp.asarray(total, dtype=float)

@@ -1,0 +1,194 @@
+"""A study: what a study file says, looked up in its machines."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import TypeAdapter
+
+from trivet.design.looked import Load, Points
+from trivet.design.quantities import Asked, Quantity, quantity
+from trivet.design.study_file import StudyFile, read_study_file
+from trivet.design.variables import Variable, machine_of, variables_of
+from trivet.errors import InputError
+from trivet.kinematics.mode import closed_form_signs
+from trivet.model import Machine, parse, to_text
+from trivet.model.toml import parse_toml
+from trivet.reach.scene import Scene, scene_of
+from trivet.statics.objective import objective
+from trivet.study.machines import choose
+from trivet.study.stiffness_map import workpiece_of
+
+Array = NDArray[Any]
+
+NO_DESIGN, WORKED_OUT, CONTRADICTION, NOT_REACHED = 0, 1, 2, 3
+STATUSES = (
+    "not worked out yet",
+    "worked out",
+    "its numbers contradict each other",
+    "a machine reaches none of the poses",
+)
+
+
+class Subject(NamedTuple):
+    """One of the machines, and how it is looked at."""
+
+    machine: Machine
+    signs: Any
+    """(n_chains, 2) working mode."""
+    scene: Scene
+    points: Points
+
+
+class Column(NamedTuple):
+    """A quantity of one of the machines."""
+
+    name: str
+    """As results call it: with the machine where there are several."""
+    place: int
+    """Which of the machines."""
+    asked: Asked
+
+
+@dataclass(frozen=True)
+class Study:
+    """Machines, what varies of them, and what is asked of every design."""
+
+    given: StudyFile
+    subjects: tuple[Subject, ...]
+    variables: tuple[Variable, ...]
+    load: Load
+    quantities: tuple[Asked, ...]
+
+    @property
+    def machines(self) -> list[Machine]:
+        """As they are described."""
+        return [subject.machine for subject in self.subjects]
+
+    @property
+    def names(self) -> list[str]:
+        """Of the machines."""
+        return [machine.name for machine in self.machines]
+
+    @property
+    def columns(self) -> list[Column]:
+        """Every quantity of every machine."""
+        single = len(self.subjects) == 1
+        return [
+            Column(asked.name if single else f"{asked.name} of {machine.name}", place, asked)
+            for asked in self.quantities
+            for place, machine in enumerate(self.machines)
+        ]
+
+    def asking(self, names: Sequence[str]) -> Study:
+        """The study with other quantities.
+
+        Raises:
+            InputError: for a quantity that is not known, or that a machine does not have.
+        """
+        asked = tuple(quantity(name) for name in dict.fromkeys(" ".join(name.split()) for name in names))
+        if not asked:
+            raise InputError('quantities: none; say what is asked of every design, as in quantities = ["mean K_xx", "mass"]')
+        for machine in self.machines:
+            for own in asked:
+                own.check(machine)
+        points = any(isinstance(own, Quantity) and own.is_over_points for own in asked)
+        for subject in self.subjects if points else ():
+            workpiece_of(subject.machine, subject.points.radius, subject.points.height)
+        return dataclasses.replace(self, quantities=asked)
+
+    def machine(self, place: int, design: Sequence[float]) -> Machine:
+        """The machine that a design is, with plain numbers."""
+        import jax
+
+        made = machine_of(self.subjects[place].machine, place, self.variables, [float(value) for value in design])
+        return jax.tree.map(float, made)
+
+    @property
+    def described(self) -> Array:
+        """(d,) the design which is the first machine as described; the middle of choices and where it has no such number."""
+        found = []
+        for variable in self.variables:
+            action = variable.actions[0]
+            if variable.is_discrete or action is None:
+                found.append(variable.law.middle)
+            else:
+                import jax
+
+                own = float(jax.tree.leaves(self.subjects[0].machine)[action.leaves[0]])
+                found.append(1.0 if action.is_factor else own)
+        return np.array(found)
+
+    @cached_property
+    def packed(self) -> str:
+        """All of it as text, for a worker on another machine."""
+        document = TypeAdapter(StudyFile).dump_python(self.given, mode="json")
+        machines = [{"name": m.name, "file": to_text(m.renamed(f"machine-{k + 1}"))} for k, m in enumerate(self.machines)]
+        asked = [own.name for own in self.quantities]
+        return json.dumps({"study": document, "machines": machines, "quantities": asked}, sort_keys=True)
+
+    def fingerprint(self, *more: Any) -> str:
+        """SHA-256 (hex) of what decides results: machines, variables, poses, load, quantities, and what else is given."""
+        packed = json.loads(self.packed)
+        study = {key: packed["study"][key] for key in ("variables", "poses", "load")}
+        text = json.dumps([study, packed["machines"], packed["quantities"], more], sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+
+def read_study(path: str | os.PathLike[str]) -> Study:
+    """Read a study file and look up what it names.
+
+    Raises:
+        InputError: with the file, the key, the value and what was expected.
+    """
+    name = os.fspath(path)
+    given = read_study_file(name)
+    folder = os.path.dirname(name)
+    try:
+        return study_of(given, [choose(_beside(folder, machine)) for machine in given.machines])
+    except InputError as error:
+        text = str(error)
+        raise InputError(text if text.startswith(f"{name}: ") else f"{name}: {text}") from None
+
+
+def _beside(folder: str, machine: str) -> str:
+    """A file is looked for beside the study file."""
+    name, sign, settings = machine.partition("@")
+    return os.path.join(folder, name) + sign + settings if name.endswith(".toml") or os.sep in name else machine
+
+
+def study_of(given: StudyFile, machines: Sequence[Machine]) -> Study:
+    """A study of machines; errors as for `read_study`."""
+    names = [machine.name for machine in machines]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"machines: {name} is given twice; give each file its own name under [about]")
+    poses = given.poses
+    points = Points(poses.steps, poses.radius, poses.height, objective(poses.objective), poses.rolls)
+    subjects = tuple(
+        Subject(machine, closed_form_signs(machine, poses.mode), scene_of(machine, with_workpiece=False), points)
+        for machine in machines
+    )
+    load = Load(given.load.force, given.load.moment, given.load.gravity)
+    made = Study(given, subjects, variables_of(given.variables, machines), load, ())
+    return made.asking(given.quantities) if given.quantities else made
+
+
+def unpacked(text: str) -> Study:
+    """A study from the text which `Study.packed` is."""
+    document = json.loads(text)
+    machines = [
+        parse(parse_toml(own["name"], own["file"].encode(), "a machine file")).renamed(own["name"])
+        for own in document["machines"]
+    ]
+    given = TypeAdapter(StudyFile).validate_python(document["study"])
+    return study_of(given, machines).asking(document["quantities"])
