@@ -27,6 +27,9 @@ LARGEST, SMALLEST = 1e24, 1e-30
 LARGEST_ANGLE = 1e3
 """rad: turns are lost in rounding beyond."""
 
+TEMPERATURE_STEPS = {"K": Decimal(1), "mK": Decimal("1e-3"), "delta_degC": Decimal(1)}
+"""Units of a change of temperature; "degC" is not among them, it says how warm something is."""
+
 ANGLE_UNITS = {"deg", "degree", "degrees", "rad", "radian", "radians", "mrad", "urad", "arcmin", "arcsec", "turn"}
 
 
@@ -101,7 +104,9 @@ class Quantity:
     def _unit_factor(self, unit: str) -> Decimal | None:
         if not self.si:
             return Decimal(1) if not unit else None
-        if not _UNIT.fullmatch(unit):
+        if self.si == "K":
+            return TEMPERATURE_STEPS.get(unit)
+        if not (unit == self.si or _UNIT.fullmatch(unit)):
             return None
         if self.si == "rad" and unit not in ANGLE_UNITS:
             return None  # to pint an angle is a pure number, and so is a percentage
@@ -158,6 +163,8 @@ class Quantity:
             kind = f"a pure number, such as {self.example}"
             return {"anyOf": [number, text], "examples": [float(self.example)], "x-kind": kind}
         unit = f"(?:{'|'.join(sorted(ANGLE_UNITS))})" if self.si == "rad" else r"[A-Za-z\u00b5\u03bc].*"
+        if self.si.startswith("1/"):
+            unit = rf"(?:1\s*/\s*)?{unit}"
         pattern = rf"^\s*{sign}{NUMBER}\s*{unit}\s*$"
         kind = f'{"an" if self.dimension[0] in "aeiou" else "a"} {self.dimension} with its unit, such as "{self.example}"'
         return {"type": "string", "pattern": pattern, "examples": [self.example], "x-kind": kind}
@@ -165,7 +172,7 @@ class Quantity:
 
 _EXAMPLES = {
     "": "0.29", "GPa": "205", "N m/rad": "300", "N m s/rad": "0.1", "N s/m": "50", "N/um": "3", "N^2/um^2": "0.35",
-    "N": "15", "N m": "0.2", "deg": "70", "N/mm^2": "600", "rpm": "6000",
+    "1/K": "1.2e-5", "K": "5", "N": "15", "N m": "0.2", "deg": "70", "N/mm^2": "600", "rpm": "6000",
     "kg": "0.5", "kg mm^2": "120", "kg/m^3": "7870", "mm": "216", "mm^2": "130", "mm^4": "4500",
 }  # fmt: skip
 
@@ -190,6 +197,7 @@ RotationalFriction = Annotated[float, Quantity("torque", "N m", "N m", at_least_
 Pressure = Annotated[float, Quantity("pressure", "Pa", "GPa", positive=True)]
 SpecificForce = Annotated[float, Quantity("specific force", "Pa", "N/mm^2", positive=True)]
 Density = Annotated[float, Quantity("density", "kg/m^3", "kg/m^3", positive=True)]
+Expansion = Annotated[float, Quantity("thermal expansion", "1/K", "1/K")]
 Mass = Annotated[float, Quantity("mass", "kg", "kg", at_least_zero=True)]
 Inertia = Annotated[float, Quantity("moment of inertia", "kg m^2", "kg mm^2", at_least_zero=True)]
 ProductOfInertia = Annotated[float, Quantity("product of inertia", "kg m^2", "kg mm^2")]

@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 import equinox as eqx
 from pydantic import ConfigDict
 
-from trivet.model.quantity import Area, Density, LengthOrZero, PositiveLength, Pressure, Ratio, SecondMoment
+from trivet.model.quantity import Area, Density, Expansion, LengthOrZero, PositiveLength, Pressure, Ratio, SecondMoment
 from trivet.space.scalar import Scalar
 
 STRICT = ConfigDict(extra="forbid", use_attribute_docstrings=True)
@@ -27,6 +27,8 @@ class Material(eqx.Module):
     """Mass density."""
     loss_factor: Ratio | None = None
     """Structural damping eta of Young's and shear modulus, E (1 + i eta); that of the analysis when not given."""
+    expansion: Expansion | None = None
+    """Linear thermal expansion, growth per length and kelvin; needed by what asks how a warm machine grows."""
 
     @property
     def shear_modulus(self) -> Scalar:
