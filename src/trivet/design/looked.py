@@ -22,7 +22,7 @@ from trivet.space.scalar import Scalar
 from trivet.space.surface import hemisphere
 from trivet.space.symmetric import Symmetric
 from trivet.space.vector import Vec
-from trivet.statics.best_roll import on_grid
+from trivet.statics.best_roll import TIE, on_grid
 from trivet.statics.compliance import platform_stiffness
 from trivet.statics.objective import Objective
 
@@ -105,8 +105,9 @@ class Stand:
         frames, turns = jax.tree.map(jnp.asarray, (frames, turns))
         values = on_grid(mechanism, frames, turns, self.signs, points.objective)
         best = values.max(axis=1)
-        # Not argmax, which XLA does not vectorise.
-        number = jnp.where(values == best[:, None], jnp.arange(float(points.rolls)), float(points.rolls)).min(axis=1)
+        # Not argmax, which XLA does not vectorise, and which rounding would decide where rolls are equally good.
+        is_best = values >= (best - TIE * jnp.abs(best))[:, None]
+        number = jnp.where(is_best, jnp.arange(float(points.rolls)), float(points.rolls)).min(axis=1)
         return jnp.minimum(number, points.rolls - 1).astype(int), best > -jnp.inf
 
     @cached_property
