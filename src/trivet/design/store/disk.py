@@ -1,0 +1,101 @@
+"""Files that are there, whole, after a power cut too; and a folder that one process has to itself."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import socket
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from trivet.errors import InputError, one_line
+from trivet.files import replacing
+
+LOCK = ".lock"
+"""The file by which a folder is held."""
+
+
+def put(path: Path, data: bytes) -> None:
+    """Write a file, which has reached the disk under its name when `settle` has been called for its folder.
+
+    Raises:
+        InputError: where it cannot be written; what was there before is there still.
+    """
+    with replacing(path, overwrite=True) as temporary, open(temporary, "wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def settle(folders: Iterable[Path]) -> None:
+    """Have the names in folders reach the disk."""
+    for folder in folders:
+        with told(folder, "written"):
+            descriptor = os.open(folder, os.O_RDONLY)
+            try:
+                os.fsync(descriptor)
+            finally:
+                os.close(descriptor)
+
+
+def content(path: Path) -> bytes | None:
+    """What a file holds; None where there is none."""
+    with told(path, "read"):
+        try:
+            return path.read_bytes()
+        except (FileNotFoundError, NotADirectoryError):
+            return None
+
+
+def is_unfinished(path: Path) -> bool:
+    """Whether a file is one that was being written when its process died."""
+    return path.name.startswith(".") and path.name.endswith(".part")
+
+
+@contextmanager
+def told(path: str | os.PathLike[str], what: str) -> Iterator[None]:
+    """What the system refuses, as one line about a path."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"{os.fspath(error.filename or path)}: cannot be {what}: {error.strerror or error}") from None
+
+
+class Lock:
+    """A folder held by this process, until it lets go or dies."""
+
+    def __init__(self, folder: Path, name: Path) -> None:
+        """Take hold of a folder.
+
+        Raises:
+            InputError: when another process has it, or files there cannot be locked; it is called by `name`.
+        """
+        self._path = folder / LOCK
+        with told(self._path, "locked"):
+            self._descriptor = self._held(name)
+            os.ftruncate(self._descriptor, 0)
+            os.write(self._descriptor, f"process {os.getpid()} on {socket.gethostname()}".encode())
+
+    def _held(self, name: Path) -> int:
+        while True:
+            descriptor = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o666)
+            try:
+                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                with suppress(FileNotFoundError):
+                    if os.path.samestat(os.fstat(descriptor), os.stat(self._path)):
+                        return descriptor
+            except BlockingIOError:
+                holder = one_line(os.read(descriptor, 200).decode(errors="replace"), 200) or "another process"
+                os.close(descriptor)
+                raise InputError(f"{name}: is being worked at by {holder}; wait for it or end it") from None
+            except OSError:
+                os.close(descriptor)
+                raise
+            os.close(descriptor)  # whoever had it has let go meanwhile, and taken the file away
+
+    def release(self) -> None:
+        """Let go of it."""
+        with suppress(OSError):
+            self._path.unlink()
+        os.close(self._descriptor)
