@@ -48,12 +48,20 @@ class Evaluation:
         self.study = study
         self.columns: list[Column] = study.columns
 
+    @property
+    def is_over_points(self) -> bool:
+        """Whether the check points are asked for at all."""
+        return any(isinstance(own, Quantity) and own.is_over_points for own in self.study.quantities)
+
     @cached_property
+    def points(self) -> int:
+        """Check points; one, home, where none are asked for."""
+        return len(hemisphere(0.0, 1.0, self.study.subjects[0].points.steps)) if self.is_over_points else 1
+
+    @property
     def poses(self) -> int:
         """Of a machine per design."""
-        points = self.study.subjects[0].points
-        over = any(isinstance(own, Quantity) and own.is_over_points for own in self.study.quantities)
-        return len(hemisphere(0.0, 1.0, points.steps)) * points.rolls if over else 1
+        return self.points * (self.study.subjects[0].points.rolls if self.is_over_points else 1)
 
     @property
     def cost(self) -> int:

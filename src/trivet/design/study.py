@@ -106,6 +106,11 @@ class Study:
             workpiece_of(subject.machine, subject.points.radius, subject.points.height)
         return dataclasses.replace(self, quantities=asked)
 
+    def of(self, place: int) -> Study:
+        """The study of one of its machines alone; variables that it has no number of do nothing."""
+        variables = tuple(dataclasses.replace(one, actions=(one.actions[place],)) for one in self.variables)
+        return dataclasses.replace(self, subjects=(self.subjects[place],), variables=variables)
+
     def machine(self, place: int, design: Sequence[float]) -> Machine:
         """The machine that a design is, with plain numbers."""
         import jax

@@ -27,14 +27,15 @@ def read(name: str) -> Field | None:
     value of J_x, `reach.margins.Control`; the clearance the distance of the nearest bodies that must not touch.
     """
     fields = {
-        TRAVEL: Field(TRAVEL, _PART, _travel),
+        TRAVEL: Field(TRAVEL, _PART, travel),
         CLEARANCE: Field(CLEARANCE, _DISTANCE, _clearance, _require_bodies),
         SINGULARITY: Field(SINGULARITY, _SIGMA, _singularity, require_six_each),
     }
     return fields.get(name)
 
 
-def _travel(looked: Looked) -> Scalar:
+def travel(looked: Looked) -> Scalar:
+    """The least margin of all joints at poses (n,)."""
     return margins.margins(looked.machine.legs_unnamed, looked.poses, looked.signs)
 
 

@@ -1,0 +1,185 @@
+"""An optimisation of one machine as the core of `front/` takes it: values in batches, and a smooth model about a design.
+
+The model holds the roll of every check point as it is best at the design.  What is maximised over the roll is never below the
+model's value, so that climbing the model climbs it; and where no limit decides the best roll, both have one slope (envelope
+theorem).  The least over poses has a row per pose.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property, partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+from trivet.design.aims import Aim, Aims, Limit, seen
+from trivet.design.evaluation import Evaluation
+from trivet.design.fields import margins
+from trivet.design.front.problem import Values
+from trivet.design.looked import Looked, Stand
+from trivet.design.quantities import GREATEST, HOME, LEAST, REACHED, Quantity, reduced
+from trivet.design.study import Study
+from trivet.design.variables import machine_of
+from trivet.space.scalar import Scalar
+
+Array = NDArray[Any]
+
+STEP = 1e-4
+"""Of a central difference, as a part of a variable's range, for what only studies of their own know."""
+
+
+class Held(NamedTuple):
+    """How a machine is looked at about one design."""
+
+    number: Array
+    """(n,) of the roll at every check point."""
+    point: Array
+    """(n,) which check points are looked at: those that are reached; the first of them again in the place of others."""
+    reached: Array
+    """(n,) whether the check point itself is."""
+
+
+class MachineProblem:
+    """The problem of one of a study's machines."""
+
+    def __init__(self, study: Study, place: int, aims: Aims) -> None:
+        self.study, self.place, self.aims = study, place, aims
+        single = study.of(place)
+        self.evaluation = Evaluation(single)
+        self.columns = [column.asked.name for column in single.columns]
+        variables = single.variables
+        self.variables = tuple(variable.name for variable in variables)
+        self.objectives = tuple(goal.words for goal in aims.goals)
+        self.constraints = tuple(limit.words for limit in aims.limits)
+        self.low = np.array([variable.law.low for variable in variables])
+        self.high = np.array([variable.law.high for variable in variables])
+        self.discrete = tuple(tuple(float(k) for k in range(len(v.choices))) if v.is_discrete else None for v in variables)
+        self.single = single
+
+    def values(self, designs: Array) -> Values:
+        """Of designs (n, d)."""
+        found = self.evaluation(designs).values
+        return Values(seen(self.aims.goals, self.columns, found), seen(self.aims.limits, self.columns, found))
+
+    def model(self, design: Array) -> MachineModel:
+        """About a design (d,)."""
+        return MachineModel(self, np.asarray(design, dtype=float))
+
+    @cached_property
+    def rolls(self) -> Callable[[Array], Any]:
+        """Numbers of the best rolls (n,) of a design, and whether they reach; compiled."""
+
+        @jax.jit
+        def run(design: Any) -> Any:
+            return self.stand(list(design)).roll
+
+        return run
+
+    @cached_property
+    def rows(self) -> Callable[[Array, Held], Any]:
+        """Rows of all objectives and constraints of a design, with rolls held; compiled."""
+        return jax.jit(self._rows)
+
+    @cached_property
+    def slopes(self) -> Callable[[Array, Held], Any]:
+        """Their slopes by the variables; compiled."""
+        return jax.jit(jax.jacfwd(self._rows))
+
+    @cached_property
+    def owner(self) -> Array:
+        """(r,) whose row each is."""
+        shapes = [
+            jax.eval_shape(partial(self._of, own), np.zeros(len(self.low)), self._held_shape).shape[0] for own in self.aims.all
+        ]
+        return np.repeat(np.arange(len(shapes)), shapes)
+
+    @property
+    def _held_shape(self) -> Held:
+        count = self.evaluation.points
+        return Held(np.zeros(count, dtype=int), np.zeros(count, dtype=int), np.ones(count, dtype=bool))
+
+    def stand(self, design: list[Any]) -> Stand:
+        """The machine of a design, traced."""
+        subject = self.single.subjects[0]
+        machine = machine_of(subject.machine, 0, self.single.variables, design)
+        return Stand(machine, subject.points, subject.signs, subject.scene, self.single.load)
+
+    def _rows(self, design: Any, held: Held) -> Any:
+        return jnp.concatenate([self._of(own, design, held) for own in self.aims.all])
+
+    def _of(self, own: Aim | Limit, design: Any, held: Held) -> Any:
+        """Rows of one objective or constraint; what only a study knows has one row of zero, which the model fills."""
+        if not isinstance(own.asked, Quantity):
+            return jnp.zeros(1)
+        stand = self.stand(list(jnp.asarray(design)))
+        if own.asked.name == REACHED:
+            assert isinstance(own, Limit)
+            share = own.sign * (held.reached.mean() - own.bound)
+            return jnp.concatenate([-margins.travel(_looked(stand, held)), jnp.where(share > 0, share, -1.0)[None]])
+        values = jnp.atleast_1d(_parts(own.asked, stand, held))
+        return own.of(values)
+
+
+def _looked(stand: Stand, held: Held) -> Looked:
+    return stand.at_rolls(held.number, held.reached).parts(held.point)
+
+
+def _parts(asked: Quantity, stand: Stand, held: Held) -> Scalar:
+    """The quantity, or the parts (n,) whose least or greatest it is."""
+    if asked.field is None:
+        return asked.value(stand)
+    if asked.reduction == HOME:
+        return asked.field.values(stand.home).mean()
+    values = asked.field.values(_looked(stand, held))
+    return values if asked.reduction in (LEAST, GREATEST) else reduced(values, held.reached, asked.reduction)
+
+
+class MachineModel:
+    """A smooth model about one design."""
+
+    def __init__(self, problem: MachineProblem, design: Array) -> None:
+        self._problem = problem
+        number, reached = (np.asarray(c) for c in problem.rolls(design)) if problem.evaluation.is_over_points else _nowhere()
+        first = int(np.argmax(reached))
+        self._held = Held(number, np.where(reached, np.arange(len(number)), first), reached)
+        self.owner = problem.owner
+
+    def rows(self, design: Array) -> Array:
+        """(r,) at a design."""
+        found = np.array(self._problem.rows(design, self._held))
+        for row, own in self._studied():
+            found[row] = self._by_study(own, design[None])[0]
+        return found
+
+    def slopes(self, design: Array) -> Array:
+        """(r, d) at a design."""
+        found = np.array(self._problem.slopes(design, self._held))
+        low, high = self._problem.low, self._problem.high
+        for row, own in self._studied():
+            for k, values in enumerate(self._problem.discrete):
+                width = (high[k] - low[k]) * STEP
+                ends = np.clip(design[k] + np.array([-width, width]), low[k], high[k])
+                if values is not None or not ends[1] > ends[0]:
+                    continue
+                both = np.repeat(design[None], 2, axis=0)
+                both[:, k] = ends
+                found[row, k] = np.diff(self._by_study(own, both))[0] / (ends[1] - ends[0])
+        return found
+
+    def _studied(self) -> list[tuple[int, Aim | Limit]]:
+        """Rows of what only a study knows."""
+        aims = self._problem.aims.all
+        return [(int(np.argmax(self.owner == k)), own) for k, own in enumerate(aims) if not isinstance(own.asked, Quantity)]
+
+    def _by_study(self, own: Aim | Limit, designs: Array) -> Array:
+        values = Evaluation(self._problem.single.asking([own.asked.name]))(designs).values
+        return seen([own], [own.asked.name], values)[:, 0]
+
+
+def _nowhere() -> tuple[Array, Array]:
+    """No check points are asked for."""
+    return np.zeros(1, dtype=int), np.ones(1, dtype=bool)
