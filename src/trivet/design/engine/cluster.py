@@ -1,0 +1,153 @@
+"""Where work is done: in this process, by processes beside it, or by a cluster that runs already."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from multiprocessing import resource_tracker
+from typing import Any
+
+import dask
+from distributed import Client, Nanny, Scheduler, SpecCluster, Worker
+
+from trivet.design.engine.quiet import SILENT
+from trivet.errors import InputError
+from trivet.files import borrowed_folder
+
+ANSWER = 10.0
+"""Seconds in which a scheduler has to answer."""
+LOOPBACK = "127.0.0.1"
+WARNINGS = "PYTHONWARNINGS"
+LEAVING = 5.0
+"""Seconds that are taken for leaving, after an interruption."""
+
+
+class OwnScheduler(Scheduler):
+    """A scheduler without pages for browsers."""
+
+    def start_http_server(self, *_: Any, **__: Any) -> None:
+        """None, for which it would listen to whole networks."""
+
+
+class OwnWorker(Worker):
+    """A worker without pages for browsers."""
+
+    waits = True
+    """Whether work that has begun is waited for when it is closed."""
+
+    def start_http_server(self, *_: Any, **__: Any) -> None:
+        """None, for which it would listen to whole networks."""
+
+    async def close(self, timeout: float = 30, executor_wait: bool = True, **other: Any) -> str | None:  # type: ignore[override]
+        return await super().close(timeout, executor_wait and self.waits, **other)
+
+
+@contextmanager
+def connected(workers: int, scheduler: str | None) -> Iterator[Client]:
+    """A client of a cluster that ends with the block, or of one that was there before.
+
+    Args:
+        workers: processes to be started on this machine; none for a thread of this one.
+        scheduler: address of a scheduler that runs; none for a cluster of our own.
+
+    Raises:
+        InputError: when no scheduler answers at the address.
+    """
+    if scheduler is not None:
+        client = _client(scheduler)
+        try:
+            yield client
+        finally:
+            with contextlib.suppress(OSError, TimeoutError):
+                client.close(timeout=LEAVING)
+        return
+    environment = dask.config.get("distributed.nanny.pre-spawn-environ") | SILENT
+    own = {
+        "distributed.worker.profile.enabled": False,
+        "distributed.nanny.pre-spawn-environ": environment,
+        "distributed.comm.retry.count": 0,
+    }
+    with borrowed_folder() as folder, dask.config.set(own | {"temporary-directory": str(folder)}):
+        cluster = client = None
+        is_interrupted = True
+        try:
+            with _undisturbed():
+                cluster = _processes(workers) if workers else _embedded()
+            client = Client(cluster, set_as_default=False)
+            yield client
+            is_interrupted = False
+        except Exception:
+            is_interrupted = False
+            raise
+        finally:
+            _leave(client, cluster, waits=not is_interrupted)
+
+
+def _client(address: str) -> Client:
+    try:
+        return Client(address, timeout=ANSWER, set_as_default=False)
+    except (OSError, TimeoutError, ValueError, TypeError, RuntimeError) as error:
+        said = str(error) or type(error).__name__
+        raise InputError(
+            f"{address}: no scheduler answers there ({said}); start one (dask scheduler) or leave it out"
+        ) from None
+
+
+def _embedded() -> SpecCluster:
+    """One thread of this process; nothing listens to any network."""
+    options = {"nthreads": 1, "memory_limit": 0, "protocol": "inproc://"}
+    workers = {0: {"cls": OwnWorker, "options": options}}
+    return _cluster(workers, {"protocol": "inproc://"})
+
+
+def _processes(count: int) -> SpecCluster:
+    """Processes that talk over loopback alone; one that dies is started anew."""
+    options = {"nthreads": 1, "memory_limit": 0, "host": LOOPBACK, "worker_class": OwnWorker}
+    workers = {k: {"cls": Nanny, "options": options} for k in range(count)}
+    _quiet_helper()
+    return _cluster(workers, {"host": LOOPBACK, "port": 0, "protocol": "tcp://"})
+
+
+def _cluster(workers: dict[int, Any], scheduler: dict[str, Any]) -> SpecCluster:
+    return SpecCluster(workers, {"cls": OwnScheduler, "options": scheduler | {"dashboard": False}})
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Threads that begin in the block, and processes that these start, are not reached by an interruption from the keyboard.
+
+    It is for this process to say what it means.  It is told when the block ends.
+    """
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+def _quiet_helper() -> None:
+    """Start the process that clears away what worker processes share; should this one die, that is done without words."""
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    before = os.environ.get(WARNINGS)
+    os.environ[WARNINGS] = "ignore:resource_tracker"
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        os.environ.pop(WARNINGS)
+        if before is not None:
+            os.environ[WARNINGS] = before
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)  # which it does not always leave as it was
+
+
+def _leave(client: Client | None, cluster: SpecCluster | None, waits: bool) -> None:
+    """Close what there is; work that has begun is waited for where it is in this process, unless that is interrupted."""
+    with contextlib.suppress(OSError, TimeoutError):
+        if client is not None:
+            client.close(timeout=LEAVING)
+        if cluster is not None:
+            for worker in cluster.workers.values():
+                worker.waits = waits
+            cluster.close()
