@@ -191,7 +191,7 @@ def require_six_each(machine: Machine) -> None:
     count = len(actuators(machine))
     if (held, count) != (6, 6):
         raise InputError(
-            f"{machine.name}: {count} actuators and {held} constraints; singularities are told of six of each, "
+            f"{machine.name}: {count} actuators and {held} constraints; six of each are needed here, "
             "lock or release drives until there are"
         )
 

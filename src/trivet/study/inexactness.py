@@ -172,6 +172,20 @@ def _heat(reader: Deviating, given: Heat) -> _Read:
     is_spread = given.plus_minus is not None or given.sigma is not None
     if given.warmer is None and not is_spread:
         raise InputError(f'needs warmer, plus_minus or sigma, a {STEP.dimension} such as "{STEP.example}"')
+    words, amounts, sure = list[str](), list[Amount](), 0.0
+    if given.warmer is not None:
+        sure = _read("warmer", given.warmer, CHANGE)
+        words.append(f"{_written(given.warmer, CHANGE)} warmer")
+    size, law = _spread(given, STEP) if is_spread else (0.0, _BOUNDED)
+    row = _grown(reader, given)
+    if is_spread:
+        words.append(law.words)
+        amounts = [law.amount(name, row[None] * size)]
+    return _Read(name, " ".join(words), amounts, row * sure)
+
+
+def _grown(reader: Deviating, given: Heat) -> Array:
+    """(d + 3,) deviations where bodies are warmer by 1 K."""
     expansion = None if given.expansion is None else _read("expansion", given.expansion, EXPANSION)
     growths = list(reader.growths())
     known = {own for body in growths for own in body.names}
@@ -183,15 +197,7 @@ def _heat(reader: Deviating, given: Heat) -> _Read:
         if not given.bodies or set(given.bodies) & set(growth.names):
             own = _expansion(reader.machine, growth.names[-1], growth.material) if expansion is None else expansion
             row += own * growth.row
-    words, amounts, sure = list[str](), list[Amount](), 0.0
-    if given.warmer is not None:
-        sure = _read("warmer", given.warmer, CHANGE)
-        words.append(f"{_written(given.warmer, CHANGE)} warmer")
-    if is_spread:
-        size, law = _spread(given, STEP)
-        words.append(law.words)
-        amounts = [law.amount(name, row[None] * size)]
-    return _Read(name, " ".join(words), amounts, row * sure)
+    return row
 
 
 _READERS: dict[str, Callable[[Deviating, Any], _Read]] = {

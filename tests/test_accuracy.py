@@ -1,0 +1,428 @@
+"""Error budgets: first order against machines built otherwise, closed forms, and what has to hold of every machine."""
+
+from __future__ import annotations
+
+import dataclasses
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import jax
+import numpy as np
+import pytest
+from machines import part
+
+from trivet.errors import InputError, NoResultError
+from trivet.kinematics.approach import approach, drive_coordinates
+from trivet.kinematics.deviation import Deviation, Way, deviations, places, platform_errors
+from trivet.kinematics.jacobian import actuator_names, inverse_jacobian
+from trivet.kinematics.mode import parse_mode
+from trivet.kinematics.standing import stand
+from trivet.model import Machine, catalogue, dimensions, document_of, load, parse
+from trivet.model.elements import Curvilinear
+from trivet.space.family import Family, along, in_block, over_hemisphere
+from trivet.space.frame import Frame
+from trivet.space.pose import zyz_frame
+from trivet.study.accuracy import FACETS, accuracy, apart
+from trivet.study.inexactness import inexactness
+from trivet.study.tolerance_file import Heat, Misalignment, Play, Positioning, Tolerance, Tolerances
+
+MACHINES = [name for name in catalogue() if not name.startswith("azulay-")]
+_compiled = jax.jit(
+    lambda machine, pose, signs: (platform_errors(machine, pose, signs), inverse_jacobian(machine, pose, signs))
+)
+
+
+@cache
+def stood(name: str) -> tuple[Machine, Frame, Any, np.ndarray, np.ndarray]:
+    """A machine near home, at the pose of a few that is furthest from singular.
+
+    Its working mode, its errors per deviation, and its Jacobian, from drives to platform.
+    """
+    machine, rng = load(name), np.random.default_rng(len(name))
+    signs, found = parse_mode(machine), []
+    for _ in range(8):
+        position = np.array(machine.home.position) + rng.uniform(-0.008, 0.008, 3)
+        pose = zyz_frame(position, rng.uniform(-3, 3), rng.uniform(0.1, 0.6), rng.uniform(-3, 3))
+        errors, inverse = (np.asarray(a) for a in _compiled(machine, pose, signs))
+        if np.isfinite(inverse).all():
+            found.append((jax.tree.map(float, pose), errors, np.linalg.inv(inverse)))
+    pose, errors, jacobian = min(found, key=lambda one: np.abs(one[2]).max())
+    return machine, pose, signs, errors, jacobian
+
+
+def separate(machine: Machine) -> Machine:
+    """The same machine, every copy of a chain a chain of its own."""
+    return dataclasses.replace(machine, chains={leg.name: leg.alone() for leg in machine.legs})
+
+
+def table(frame: Frame) -> np.ndarray:
+    """(4, 3) origin and axes."""
+    return np.array([[float(c) for c in v] for v in frame])
+
+
+def moved(before: Frame, after: Frame) -> np.ndarray:
+    """(6,) displacement and small rotation from one frame to another."""
+    a, b = table(before), table(after)
+    return np.r_[b[0] - a[0], np.cross(a[1:], b[1:] - a[1:]).sum(axis=0) / 2]
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_first_order_against_machines_that_are_made_otherwise(name: str) -> None:
+    """Every dimension of every chain is off by a random part; the pose is solved anew at the same coordinates of the drives."""
+    machine, pose, signs, errors, _ = stood(name)
+    apart_, rng = separate(machine), np.random.default_rng(1)
+    values = np.array(list(drive_coordinates(machine, pose, signs).values()))
+    ways = deviations(machine)
+    chosen = [k for k, way in enumerate(ways) if way.way == "dimension"]
+    off, paths = rng.uniform(-1, 1, len(chosen)), list(dimensions(apart_))
+    leaves, structure = jax.tree.flatten(apart_)
+    linear, left = off @ errors[chosen], []
+    for size in (2e-6, 1e-6):
+        own = list(leaves)
+        for k, more in zip(chosen, off, strict=True):
+            own[paths.index(f"chains.{machine.legs[ways[k].leg].name}.{ways[k].of}")] += size * more
+        found = approach(jax.tree.unflatten(structure, own), values, pose, signs)
+        left.append(np.abs(moved(pose, found.frame) - size * linear).max())
+    assert left[0] < 0.02 * 2e-6 * np.abs(linear).max()
+    assert left[1] < 0.3 * left[0] or left[0] < 1e-13  # a quarter
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_what_drives_are_off_by_goes_through_the_jacobian(name: str) -> None:
+    machine, pose, signs, errors, jacobian = stood(name)
+    ways, stands = deviations(machine), stand(machine, pose, signs)
+    for column, drive in enumerate(actuator_names(machine)):
+        leg, joint = drive.split(".")
+        place = next(k for k, own in enumerate(machine.legs) if own.name == leg)
+        own = errors[ways.index(Deviation(place, "drive", joint))]
+        np.testing.assert_allclose(own, jacobian[:, column], atol=1e-9 * np.abs(jacobian).max())
+        if Deviation(place, "growth", joint) in ways:
+            reach = next(float(c) for e, _, c in stands[place].steps if e.name == joint)
+            np.testing.assert_allclose(errors[ways.index(Deviation(place, "growth", joint))], own * reach, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_chains_that_are_displaced_alike_take_the_platform_with_them(name: str) -> None:
+    """Each chain at another of its joints, in that joint's own frame."""
+    machine, pose, signs, errors, _ = stood(name)
+    ways, rng = deviations(machine), np.random.default_rng(3)
+    shift, turn = rng.normal(size=(2, 3))
+    total = np.zeros(6)
+    for k, one in enumerate(stand(machine, pose, signs)):
+        element, frame, coordinate = one.steps[rng.integers(len(one.steps))]
+        origin, *axes = table(element.advance(frame, coordinate) if isinstance(element, Curvilinear) else frame)
+        for axis, direction in enumerate(axes):
+            total += (
+                direction @ (shift + np.cross(turn, origin)) * errors[ways.index(Deviation(k, "along", element.name, axis))]
+            )
+            total += direction @ turn * errors[ways.index(Deviation(k, "about", element.name, axis))]
+    centre = table(pose)[0]
+    np.testing.assert_allclose(total, np.r_[shift + np.cross(turn, centre), turn], atol=1e-8)
+
+
+def closed(machine: Machine, held: dict[str, Any], start: np.ndarray) -> np.ndarray:
+    """(9,) displacement and rotation vector of the platform from a pose, and angles of the three hinges, that close the loops.
+
+    By a general solver on the walk down the chains, for chains that end in a ball.
+    """
+    from scipy.optimize import root
+    from scipy.spatial.transform import Rotation
+
+    def gaps(unknown: np.ndarray) -> np.ndarray:
+        found = []
+        for k, leg in enumerate(machine.legs):
+            frame = leg.base_frame()
+            for element in leg.chain.elements[:-1]:
+                locked, own = getattr(element, "locked", None), held.get(f"{leg.name}.{element.name}")
+                if element.name == "hinge":
+                    own = element.coordinate(float(unknown[6 + k]))
+                frame = element.advance(frame, own if locked is None else element.coordinate(locked))
+            seat = np.array(leg.platform_frame().origin, dtype=float)
+            centre, *axes = start
+            place = centre + unknown[:3] + Rotation.from_rotvec(unknown[3:6]).apply(seat @ axes)
+            found.append(np.array(frame.origin, dtype=float) - place)
+        return np.concatenate(found)
+
+    solution = root(gaps, np.r_[np.zeros(6), [float(held[f"{leg.name}.hinge"]) for leg in machine.legs]], tol=1e-15)
+    assert np.abs(gaps(solution.x)).max() < 1e-14
+    return np.asarray(solution.x)
+
+
+def test_joints_askew_against_a_machine_with_joints_that_are_locked_askew() -> None:
+    """All joints and bodies of all chains, each in three of its six ways, solved by nothing of the house but the walk."""
+    machine, pose, signs, errors, _ = stood("azulay")
+    ways, rng, document = deviations(machine), np.random.default_rng(4), document_of(separate(machine))
+    kinds: list[tuple[Way, str, str]] = [("along", "prismatic", "m"), ("about", "revolute", "rad")]
+    held, linear = dict[str, Any](), np.zeros(6)
+    for k, one in enumerate(stand(machine, pose, signs)):
+        elements = document["chains"][one.leg.name]["elements"]
+        for element, _, coordinate in one.steps:
+            is_hinge = element.name == "hinge"
+            held[f"{one.leg.name}.{element.name}"] = element.number(coordinate) if is_hinge else coordinate
+            place = next(i for i, e in enumerate(elements) if e["name"] == element.name) + (element.name == "guide")
+            for chosen in rng.choice(6, 3, replace=False):
+                (way, kind, unit), axis, off = kinds[chosen // 3], int(chosen % 3), 1e-6 * rng.uniform(-1, 1)
+                linear += off * errors[ways.index(Deviation(k, way, element.name, axis))]
+                joint = {"name": f"{element.name}-{chosen}", "type": kind, "axis": "xyz"[axis], "locked": f"{off!r} {unit}"}
+                elements.insert(place, joint)
+    assert np.abs(closed(machine, held, table(pose))[:6]).max() < 1e-12
+    assert np.abs(linear).max() > 1e-6
+    assert np.abs(closed(parse(document), held, table(pose))[:6] - linear).max() < 1e-3 * np.abs(linear).max()
+
+
+def test_a_link_that_is_too_long_in_closed_form() -> None:
+    """Level and centred, the hinges on the ground plane: sin(phi) = z/L is how steep the links are.
+
+    One link longer by 1 lifts the centre by 1/(3 sin) and tips the platform by 2/(3 R sin); all of them lift it by 1/sin, a
+    larger circle of the guide lowers it by cot, a larger platform lifts it by cot.
+    """
+    machine = load("azulay")
+    height, link, radius = 0.125, 0.216, 0.018
+    sine = height / link
+    cotangent = np.sqrt(1 - sine * sine) / sine
+    ways = deviations(machine)
+    errors = np.asarray(_compiled(machine, zyz_frame((0, 0, height), 0.0, 0.0, 0.0), parse_mode(machine))[0])
+
+    def of(path: str) -> np.ndarray:
+        return np.array([errors[ways.index(Deviation(k, "dimension", path))] for k in range(3)])
+
+    np.testing.assert_allclose(
+        of("elements.link.length")[0], [0, 0, 1 / (3 * sine), 0, -2 / (3 * radius * sine), 0], atol=1e-10
+    )
+    up = np.array([0, 0, 1, 0, 0, 0])
+    np.testing.assert_allclose(of("elements.link.length").sum(axis=0), up / sine, atol=1e-10)
+    np.testing.assert_allclose(of("elements.guide.radius").sum(axis=0), -up * cotangent, atol=1e-10)
+    np.testing.assert_allclose(of("platform_joint.radius").sum(axis=0), up * cotangent, atol=1e-10)
+
+
+@pytest.mark.parametrize("name", ["glozman", "rmmt"])
+def test_all_other_numbers_leave_the_end_of_a_chain_where_it_is(name: str) -> None:
+    """By the walk down the chain at fixed coordinates, of numbers changed one by one; those that place it do move it."""
+    machine, pose, signs, _, _ = stood(name)
+    apart_ = separate(machine)
+    leaves, structure = jax.tree.flatten(apart_)
+    own = [(k, path) for k, path in enumerate(dimensions(apart_)) if path.startswith(f"chains.{machine.legs[0].name}.")]
+    coordinates = stand(apart_, pose, signs)[0].posture.coordinates
+
+    def ends(numbers: list[Any]) -> np.ndarray:
+        leg = jax.tree.unflatten(structure, numbers).legs[0]
+        frame = leg.base_frame()
+        for element, coordinate in zip(leg.chain.elements[:-1], coordinates, strict=False):
+            locked = getattr(element, "locked", None)
+            frame = element.advance(frame, coordinate if locked is None else element.coordinate(locked))
+        return np.concatenate([table(frame), table(leg.platform_frame())])
+
+    start = ends(leaves)
+    for k, path in own:
+        changed = [v + 1e-3 * (j == k) for j, v in enumerate(leaves)]
+        assert np.any(ends(changed) != start) == places(path.split(".", 2)[2]), path
+
+
+@cache
+def everything() -> Tolerances:
+    return Tolerances(
+        (Tolerance("link.length", plus_minus=2e-5), Tolerance("guide.radius", sigma="10 um", common=True)),
+        (Misalignment("leg-2.hinge", about="x", plus_minus="1 arcmin"), Misalignment("slide", along="z", sigma=4e-6)),
+        (Positioning("guide", plus_minus="5 um"), Positioning("slide", sigma=2e-6)),
+        (
+            Play("ball", radial="30 um"),
+            Play("hinge", radial="20 um"),
+            Play("slide", backlash=3e-6),
+            Play("hinge", about="z", gap=1e-4),
+        ),
+        (Heat(("link", "slide"), warmer="5 K", plus_minus="1 K", expansion=1.17e-5), Heat(warmer="-1 K", expansion="2e-5 1/K")),
+    )
+
+
+@cache
+def one_pose() -> Any:
+    """A pose of the paper's machine with everything inexact, and its errors by row."""
+    machine = load("azulay", {"platform.tool_tip": "3 mm, -2 mm, 40 mm"})
+    found = accuracy(machine, everything(), at(0.002, 0.0, 0.124, 0.4, 0.5, 0.6), point="tool")
+    ((_, rows),) = found.contributions()
+    return found, rows[0]
+
+
+def at(*pose: float) -> Family:
+    """A family of two poses, the first as given."""
+    return along("one pose", lambda s: np.array(pose) + s[:, None] * [0, 0, 1e-3, 0, 0, 0], 1.0, 2)
+
+
+def drawn(found: Any, count: int) -> np.ndarray:
+    """(count, r) factors of the rows, each amount by its law."""
+    rng, inexact = np.random.default_rng(5), found.inexact
+    factors = np.empty((count, len(inexact.rows)))
+    for k in range(len(inexact.names)):
+        own = np.flatnonzero(inexact.amount == k)
+        factors[:, own] = rng.normal(size=(count, len(own)))
+        if inexact.reach[k] == 1:  # bounded: anywhere in a line, disc or ball
+            factors[:, own] *= (rng.uniform(size=count) ** (1 / len(own)) / np.linalg.norm(factors[:, own], axis=1))[:, None]
+    return factors
+
+
+def test_a_tool_that_is_warm_with_the_whole_machine() -> None:
+    machine = load("azulay", {"platform.tool_tip": "3 mm, -2 mm, 40 mm"})
+    found = accuracy(machine, everything(), at(0.002, 0.0, 0.124, 0.4, 0.5, 0.6), point="tool")
+    tip = (0.002, 0.0, 0.124) + np.array((0.003, -0.002, 0.04)) @ table(part(found.places.frames(), 0))[1:]
+    np.testing.assert_allclose(found.shifts[0, -1], np.r_[-2e-5 * tip, 0, 0, 0], atol=1e-13)
+
+
+def test_variances_by_monte_carlo() -> None:
+    found, rows = one_pose()
+    errors = drawn(found, 200_000) @ rows
+    expected = found.covariance[0]
+    scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+    np.testing.assert_allclose(np.cov(errors.T) / scale, expected / scale, atol=0.012)
+    np.testing.assert_allclose(found.deviation[0], np.sqrt(np.diag(expected)), rtol=1e-12)
+    squares = ((errors + found.shift[0]) ** 2).reshape(-1, 2, 3).sum(axis=2).mean(axis=0)
+    np.testing.assert_allclose(np.sqrt(squares), found.size[0], rtol=0.01)
+    ellipsoid = np.sqrt(np.linalg.eigvalsh(np.cov(errors[:, :3].T))) * 3
+    np.testing.assert_allclose(found.ellipsoids[0, 0], ellipsoid, rtol=0.02)
+
+
+def test_the_worst_is_reached_and_never_exceeded() -> None:
+    """Amounts at their worst along a direction, the direction turned to where that leads, again and again."""
+    found, rows = one_pose()
+    inexact, shift = found.inexact, found.shift[0]
+    members = np.arange(len(inexact.names))[:, None] == inexact.amount
+    for half in range(2):
+        own, sure, best = rows[:, 3 * half : 3 * half + 3], shift[3 * half : 3 * half + 3], 0.0
+        for direction in np.random.default_rng(6).normal(size=(30, 3)):
+            for _ in range(40):
+                along_ = own @ direction
+                sizes = np.sqrt(members @ along_**2)
+                reached = (along_ * ((inexact.reach / np.maximum(sizes, 1e-300)) @ members)) @ own
+                direction = reached + sure * np.sign(sure @ direction)
+            best = max(best, float(np.linalg.norm(direction)))
+        assert best <= found.farthest[0, half] <= best / np.cos(apart(FACETS)) * (1 + 1e-12)
+    bounded = inexact.reach == 1
+    errors = (drawn(found, 20_000) * (bounded @ members)) @ rows + shift
+    assert (np.abs(errors).max(axis=0) <= found.worst[0]).all()
+    alone = accuracy("azulay", Tolerances((Tolerance("link.length", plus_minus=2e-5),)), at(0.002, 0, 0.124, 0.4, 0.5, 0.6))
+    ((_, links),) = alone.contributions()
+    np.testing.assert_allclose(alone.worst[0], np.abs(links[0]).sum(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(alone.deviation[0], np.sqrt((links[0] ** 2).sum(axis=0) / 3), rtol=1e-12)
+
+
+def test_amounts_of_copies_add_up_to_what_is_common() -> None:
+    machine, *_, errors, _ = stood("azulay")
+    askew = [
+        Misalignment(name, about="x", plus_minus=1e-4, common=name == "hinge")
+        for name in ("hinge", *(f"leg-{k}.hinge" for k in (1, 2, 3)))
+    ]
+    for common, each in (
+        (
+            Tolerances((Tolerance("guide.radius", sigma=1e-5, common=True),)),
+            Tolerances((Tolerance("guide.radius", sigma=1e-5),)),
+        ),
+        (Tolerances(misalignment=(askew[0],)), Tolerances(misalignment=tuple(askew[1:]))),
+    ):
+        one, many = (inexactness(machine, given).rows[:, :-3] @ errors for given in (common, each))
+        assert (len(one), len(many)) == (1, 3)
+        np.testing.assert_allclose(one[0], many.sum(axis=0), atol=1e-15)
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_a_machine_that_is_warm_all_over_is_a_larger_one(name: str) -> None:
+    """Angles stay, also those of the drives; what a slide is extended by grows with it."""
+    machine, pose, _, errors, _ = stood(name)
+    warm = inexactness(machine, Tolerances(heat=(Heat(warmer="10 K", expansion="1e-5 1/K"),)))
+    np.testing.assert_allclose(warm.known[0, :-3] @ errors, np.r_[1e-4 * table(pose)[0], 0, 0, 0], atol=1e-12)
+
+
+def test_the_parts_that_warm_make_the_whole() -> None:
+    machine, *_, errors, _ = stood("gough-stewart")
+    bodies = [("ground",), ("platform",), ("left.strut", "right.strut")]
+
+    def shifts(machine: Machine, *heat: Heat) -> np.ndarray:
+        return inexactness(machine, Tolerances(heat=heat)).known[:, :-3] @ errors
+
+    whole = shifts(machine, Heat(warmer="1 K", expansion=1e-5))
+    parts = shifts(machine, *(Heat(own, warmer="1 delta_degC", expansion=1e-5) for own in bodies))
+    assert np.abs(parts).max(axis=1).min() > 1e-7
+    np.testing.assert_allclose(parts.sum(axis=0), whole[0], atol=1e-15)
+    steel = dataclasses.replace(machine.materials["steel"], expansion=1e-5)
+    of_steel = dataclasses.replace(machine, materials=machine.materials | {"steel": steel})
+    np.testing.assert_allclose(shifts(of_steel, Heat(("strut",), warmer=1.0))[0], parts[2], atol=1e-15)
+
+
+def test_over_a_hemisphere() -> None:
+    """317 points are too many here; what is told of all is what is told of one, and the tool moves with the platform."""
+    given = Tolerances((Tolerance("link.length", plus_minus="0.02 mm"),), play=(Play("ball", radial="5 um"),))
+    machine = load("azulay", {"platform.tool_tip": "0 mm, 5 mm, 30 mm"})
+    centre, tool = (
+        accuracy(machine, given, over_hemisphere(0.121, 0.004, 3), roll=0.3, point=point) for point in ("platform", "tool")
+    )
+    assert centre.policy.startswith("17.")
+    assert centre.used.sum() == len(centre.family) == 29
+    poses, own = centre.places.frames(), np.array([0.0, 0.005, 0.03])
+    for (rows, a), (_, b) in zip(centre.contributions(), tool.contributions(), strict=True):
+        axes = np.array([[np.asarray(c)[rows] for c in axis] for axis in poses[1:]])
+        arm = np.einsum("k,kcn->nc", own, axes)[:, None]
+        np.testing.assert_allclose(b, np.concatenate([a[..., :3] + np.cross(a[..., 3:], arm), a[..., 3:]], axis=2), atol=1e-12)
+    np.testing.assert_allclose(centre.shares().sum(axis=1), 1, rtol=1e-12)
+    np.testing.assert_allclose(centre.shares("x")[:, 0], centre.variances[:, 0, 0] / centre.covariance[:, 0, 0], rtol=1e-12)
+    worst = centre.least_accurate
+    assert centre.size[worst, 0] == centre.size[:, 0].max()
+    beyond = accuracy(machine, given, in_block((0, 0, 0.07), (0, 0, 0.1), (1, 1, 1)), roll=0.0)
+    assert beyond.used.tolist() == [False, True]
+    assert np.isnan(beyond.farthest[0]).all()
+    with pytest.raises(NoResultError, match="no pose of the block"):
+        accuracy(machine, given, in_block((0, 0, 0.01), (0, 0, 0.01), (1, 1, 1)), roll=0.0)
+
+
+def _of(kind: str, *lines: str) -> str:
+    return "\n".join((f"[[{kind}]]", *lines))
+
+
+_LENGTH, _HINGE, _BALL, _LINK = 'of = "link.length"', 'of = "hinge"', 'joint = "ball"', 'bodies = ["link"]'
+WRONG = {
+    _of("tolerance", 'of = "link.lenght"', 'sigma = "1 um"'): "tolerance 1: link.lenght: no such key in this machine; did you",
+    _of("tolerance", 'of = "hinge.travel.1"', 'sigma = "1 deg"'): "hinge.travel.1: has no part in where the platform is",
+    _of("tolerance", _LENGTH, 'sigma = "1 N"'): "sigma: \"1 N\": 'N' is not a unit of length; write for example",
+    _of("tolerance", _LENGTH, "sigma = 0.02"): "the unit is missing; write for example",
+    _of("tolerance", _LENGTH, 'sigma = "-1 um"'): "must be greater than zero",
+    _of("tolerance", _LENGTH): "tolerance 1: needs either plus_minus or sigma, a length such as",
+    _of("tolerance", _LENGTH, 'sigma = "1 um"', 'plus_minus = "1 um"'): "needs either plus_minus or sigma",
+    _of("tolerance", _LENGTH, 'width = "1 um"'): "tolerance.1.width: unknown key",
+    _of("misalignment", 'of = "henge"', 'about = "x"', 'sigma = "1 deg"'): "henge: azulay has no such joint or body; did",
+    _of("misalignment", _HINGE, 'sigma = "1 deg"'): "needs either along or about, an axis of its own frame",
+    _of("misalignment", _HINGE, 'about = "x"', 'sigma = "1 mm"'): "'mm' is not a unit of angle",
+    _of("misalignment", _HINGE, 'about = "w"', 'sigma = "1 deg"'): "misalignment.1.about: \"w\" is not known; expected 'x',",
+    _of("positioning", _HINGE, 'sigma = "1 deg"'): "hinge: nothing holds this joint where it is",
+    _of("play", 'joint = "link"', 'radial = "1 um"'): "link: azulay has no such joint",
+    _of("play", _BALL): "play 1: needs one of radial, backlash, and gap",
+    _of("play", _BALL, 'radial = "1 um"', 'gap = "1 um"'): "play 1: needs one of radial, backlash, and gap",
+    _of("play", _BALL, 'radial = "1 um"', 'along = "x"'): "radial: goes without along and about",
+    _of("heat", 'bodies = ["hinge"]', 'warmer = "5 K"'): "bodies: hinge: no body of this name has a length that grows",
+    _of("heat", _LINK, 'warmer = "5 degC"'): "'degC' is not a unit of change of temperature; write for example \"5 K\"",
+    _of("heat", _LINK, 'warmer = "5 K"'): "leg-1.link: its material steel has no expansion; give it one, or give expansion",
+    _of("heat", 'warmer = "5 K"'): "leg-1.guide: is of no material; name bodies, and give these an expansion",
+    _of("heat", _LINK, 'expansion = "1e-5 1/K"'): "heat 1: needs warmer, plus_minus or sigma",
+    "format = 1": "names nothing that is inexact; begin with [[tolerance]]",
+}
+
+
+@pytest.mark.parametrize("text", WRONG)
+def test_what_is_wrong_with_a_tolerance_file_is_said_in_one_line(text: str, tmp_path: Path) -> None:
+    file = tmp_path / "wrong.toml"
+    file.write_text(text)
+    with pytest.raises(InputError) as error:
+        accuracy("azulay", file)
+    assert str(error.value).startswith(f"{file}: ")
+    assert WRONG[text] in str(error.value)
+
+
+def test_what_cannot_be_asked() -> None:
+    given = Tolerances((Tolerance("link.length", plus_minus=1e-5),))
+    with pytest.raises(InputError, match="point 'tip' is not known"):
+        accuracy("azulay", given, point="tip")
+    with pytest.raises(InputError, match="has rolls of its own"):
+        accuracy("azulay", given, at(0, 0, 0.125, 0, 0, 0), roll=0.0)
+    with pytest.raises(InputError, match="9 actuators and 6 constraints"):
+        accuracy(load("rmmt").with_free_drives(), given)
+    with pytest.raises(InputError, match="nothing is said to be inexact"):
+        accuracy("azulay", Tolerances())
+    with pytest.raises(InputError, match="plus_minus: nan"):
+        accuracy("azulay", Tolerances((Tolerance("link.length", plus_minus=float("nan")),)))
