@@ -1,0 +1,1 @@
+"""The best designs under several objectives: evolved, polished by slopes, told apart.  Nothing here knows a machine."""

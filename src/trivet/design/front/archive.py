@@ -1,0 +1,97 @@
+"""The best designs met so far, and those that come next to them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trivet.design.front.problem import Array, Values
+
+LIMIT = 500
+"""Designs kept on the front, and again beside it."""
+NEXT = 2
+"""Ranks kept beyond the first."""
+
+
+def spread(objectives: Array, count: int) -> Array:
+    """Which (count,) of points (n, m) to keep so that they are spread evenly: the ends, then ever the one farthest from those."""
+    if len(objectives) <= count:
+        return np.arange(len(objectives))
+    width = np.ptp(objectives, axis=0)
+    places = objectives / np.where(width > 0, width, 1.0)
+    kept = list(dict.fromkeys(int(i) for i in places.argmin(axis=0)))[:count]
+    apart = np.min([np.sum((places - places[i]) ** 2, axis=1) for i in kept], axis=0)
+    while len(kept) < count:
+        kept.append(int(apart.argmax()))
+        apart = np.minimum(apart, np.sum((places - places[kept[-1]]) ** 2, axis=1))
+    return np.sort(kept)
+
+
+def ranks(objectives: Array) -> Array:
+    """(n,) 0 for points (n, m) that no other dominates, 1 for those that only such dominate, and so on."""
+    import moocore
+
+    if not len(objectives):
+        return np.zeros(0, int)
+    return np.asarray(moocore.pareto_rank(objectives), int)
+
+
+def is_best(objectives: Array) -> Array:
+    """(n,) whether no other point (n, m) dominates one; of equal points the first counts."""
+    import moocore
+
+    if not len(objectives):
+        return np.zeros(0, bool)
+    return np.asarray(moocore.is_nondominated(objectives, keep_weakly=False), bool)
+
+
+@dataclass
+class Archive:
+    """Feasible designs: those which none dominates and, beside them, some that few do."""
+
+    designs: Array
+    """(n, d)"""
+    values: Values
+    is_dominated: Array
+    """(n,) what was once dominated stays so, even where what dominated it was left out for want of room."""
+    limit: int = LIMIT
+
+    @classmethod
+    def empty(cls, variables: int, objectives: int, constraints: int, limit: int = LIMIT) -> Archive:
+        """Nothing yet."""
+        values = Values(np.zeros((0, objectives)), np.zeros((0, constraints)))
+        return cls(np.zeros((0, variables)), values, np.zeros(0, bool), limit)
+
+    def __len__(self) -> int:
+        return len(self.designs)
+
+    @property
+    def best(self) -> tuple[Array, Values]:
+        """Designs on the front, and their values."""
+        return self.designs[~self.is_dominated], self.values.at(~self.is_dominated)
+
+    def add(self, designs: Array, values: Values) -> int:
+        """Takes in what is feasible of designs (n, d); returns how many of them came onto the front."""
+        fine = values.is_feasible
+        designs, values = designs[fine], values.at(fine)
+        before = len(self)
+        self.designs = np.concatenate([self.designs, designs])
+        self.values = Values(*(np.concatenate(both) for both in zip(self.values, values, strict=True)))
+        self.is_dominated = np.concatenate([self.is_dominated, np.zeros(len(designs), bool)])
+        open_ = np.flatnonzero(~self.is_dominated)
+        self.is_dominated[open_] = ~is_best(self.values.objectives[open_])
+        came = int(np.count_nonzero(~self.is_dominated[before:]))
+        if len(self) > 4 * self.limit:
+            self.prune()
+        return came
+
+    def prune(self) -> None:
+        """Keeps what has room, evenly spread."""
+        front, beside = np.flatnonzero(~self.is_dominated), np.flatnonzero(self.is_dominated)
+        rank = ranks(self.values.objectives)[beside]
+        _, first = np.unique(self.designs[beside], axis=0, return_index=True)
+        beside = beside[np.intersect1d(first, np.flatnonzero(rank <= NEXT))]
+        kept = [group[spread(self.values.objectives[group], self.limit)] for group in (front, beside)]
+        index = np.sort(np.concatenate(kept))
+        self.designs, self.values, self.is_dominated = self.designs[index], self.values.at(index), self.is_dominated[index]

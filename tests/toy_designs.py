@@ -1,0 +1,120 @@
+"""Problems in closed form, as those of designs are asked: rows in JAX, each objective and constraint the greatest of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+import trivet.space.scalar  # noqa: F401  (double precision)
+from trivet.design.front.problem import Array, Values
+
+
+@dataclass(frozen=True)
+class Rows:
+    owner: Array
+    of: Callable[[Any], Any]
+    by: Callable[[Any], Any]
+
+    def rows(self, design: Array) -> Array:
+        return np.asarray(self.of(design))
+
+    def slopes(self, design: Array) -> Array:
+        return np.asarray(self.by(design))
+
+
+@dataclass
+class Toy:
+    """Objectives and constraints by lists of rows, `kernel(x) -> ((row, ...), ...)`, objectives first."""
+
+    kernel: Callable[[Any], Any]
+    low: Array
+    high: Array
+    objectives: tuple[str, ...] = ("f1", "f2")
+    constraints: tuple[str, ...] = ()
+    discrete: tuple[tuple[float, ...] | None, ...] = ()
+    batches: list[int] = field(default_factory=list)
+    """Sizes of what was asked for."""
+
+    def __post_init__(self) -> None:
+        self.low, self.high = np.asarray(self.low, float), np.asarray(self.high, float)
+        self.discrete = self.discrete or (None,) * len(self.low)
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        return tuple(f"x{i + 1}" for i in range(len(self.low)))
+
+    @cached_property
+    def _owner(self) -> Array:
+        parts = jax.eval_shape(self.kernel, jnp.asarray(self.low))
+        return np.repeat(np.arange(len(parts)), [len(part) for part in parts])
+
+    @cached_property
+    def _rows(self) -> Callable[[Any], Any]:
+        return jax.jit(lambda x: jnp.stack([jnp.asarray(row, float) for part in self.kernel(x) for row in part]))
+
+    @cached_property
+    def _many(self) -> Callable[[Any], Any]:
+        return jax.jit(jax.vmap(self._rows))
+
+    @cached_property
+    def _slopes(self) -> Callable[[Any], Any]:
+        return jax.jit(jax.jacfwd(self._rows))
+
+    def values(self, designs: Array) -> Values:
+        self.batches.append(len(designs))
+        rows, count = np.asarray(self._many(designs)), len(self.objectives) + len(self.constraints)
+        both = np.stack([rows[:, self._owner == i].max(axis=1) for i in range(count)], axis=1)
+        return Values(both[:, : len(self.objectives)], both[:, len(self.objectives) :])
+
+    def model(self, design: Array) -> Rows:
+        return Rows(self._owner, self._rows, self._slopes)
+
+
+def zdt1(variables: int = 8) -> Toy:
+    """Front: f2 = 1 - sqrt(f1), all variables but the first zero (E. Zitzler, K. Deb and L. Thiele, 2000)."""
+
+    def kernel(x: Any) -> Any:
+        g = 1 + 9 * jnp.mean(x[1:])
+        return (x[0],), (g * (1 - jnp.sqrt((x[0] + 1e-12) / g)),)
+
+    return Toy(kernel, np.zeros(variables), np.ones(variables))
+
+
+def zdt3(variables: int = 8) -> Toy:
+    """Front in five pieces (same source)."""
+
+    def kernel(x: Any) -> Any:
+        g = 1 + 9 * jnp.mean(x[1:])
+        ratio = (x[0] + 1e-12) / g
+        return (x[0],), (g * (1 - jnp.sqrt(ratio) - ratio * jnp.sin(10 * jnp.pi * x[0])),)
+
+    return Toy(kernel, np.zeros(variables), np.ones(variables))
+
+
+def binh_korn() -> Toy:
+    """Front: x1 = x2 up to 3, then x2 = 3 (T. Binh and U. Korn, 1997)."""
+
+    def kernel(x: Any) -> Any:
+        f = (4 * x[0] ** 2 + 4 * x[1] ** 2,), ((x[0] - 5) ** 2 + (x[1] - 5) ** 2,)
+        return *f, (((x[0] - 5) ** 2 + x[1] ** 2) / 25 - 1,), (1 - ((x[0] - 8) ** 2 + (x[1] + 3) ** 2) / 7.7,)
+
+    return Toy(kernel, [0, 0], [5, 3], constraints=("inside", "outside"))
+
+
+def osy() -> Toy:
+    """Six variables, six constraints, a front in pieces at active ones (A. Osyczka and S. Kundu, 1995)."""
+
+    def kernel(x: Any) -> Any:
+        a, b, c, d, e, f = x
+        first = -(25 * (a - 2) ** 2 + (b - 2) ** 2 + (c - 1) ** 2 + (d - 4) ** 2 + (e - 1) ** 2)
+        met = ((2 - a - b) / 2,), ((a + b - 6) / 6,), ((b - a - 2) / 2,), ((a - 3 * b - 2) / 2,)
+        return (first,), (jnp.sum(x**2),), *met, (((c - 3) ** 2 + d - 4) / 4,), ((4 - (e - 3) ** 2 - f) / 4,)
+
+    names = ("least sum", "greatest sum", "b - a", "a - 3b", "c and d", "e and f")
+    return Toy(kernel, [0, 0, 1, 0, 1, 0], [10, 10, 5, 6, 5, 10], constraints=names)
