@@ -193,5 +193,5 @@ def test_a_machine_without_six_drives_is_told_before_the_others_are_planned(monk
         raise AssertionError("planned")
 
     monkeypatch.setattr("trivet.study.plan.plan", never)
-    with pytest.raises(trivet.InputError, match="told of six of each"):
+    with pytest.raises(trivet.InputError, match="six of each are needed"):
         plans(["azulay", load("azulay", {"chains.leg.copies": "2"})])
