@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from trivet.design.looked import Stand
 from trivet.design.quantities import Quantity
+from trivet.design.rolls import turns
 from trivet.design.studied import Studied
 from trivet.design.study import CONTRADICTION, NOT_REACHED, WORKED_OUT, Column, Study
 from trivet.design.variables import machine_of
@@ -28,6 +29,8 @@ PIECE = 1_000_000
 """Poses of a call, about."""
 MOST_DESIGNS = 65_536
 """Of a call."""
+CLIMBING = 270
+"""Rolls of the grid that climbing takes as long as."""
 BYTES_PER_POSE = 4096
 """Memory that an accelerator is taken to need for a pose."""
 
@@ -61,7 +64,10 @@ class Evaluation:
     @property
     def poses(self) -> int:
         """Of a machine per design."""
-        return self.points * (self.study.subjects[0].points.rolls if self.is_over_points else 1)
+        if not self.is_over_points:
+            return 1
+        rolls = [len(turns(one.points.rolls, one.points.symmetry).cos) for one in self.study.subjects]
+        return self.points * (max(rolls) + (CLIMBING if self.study.subjects[0].points.climbs else 0))
 
     @property
     def cost(self) -> int:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from numpy.typing import NDArray
 
+from trivet.design.rolls import climbed, on_the_grid, turns
 from trivet.kinematics.inverse import inverse
 from trivet.kinematics.travel import within
 from trivet.model import Machine
@@ -22,7 +21,7 @@ from trivet.space.scalar import Scalar
 from trivet.space.surface import hemisphere
 from trivet.space.symmetric import Symmetric
 from trivet.space.vector import Vec
-from trivet.statics.best_roll import TIE, on_grid
+from trivet.statics.best_roll import on_grid
 from trivet.statics.compliance import platform_stiffness
 from trivet.statics.objective import Objective
 
@@ -53,6 +52,10 @@ class Points(NamedTuple):
     """What the roll maximises."""
     rolls: int
     """That are looked at, evenly all round."""
+    symmetry: int = 1
+    """After this part of a turn the machine looks the same, but for the names of its chains."""
+    climbs: bool = False
+    """Whether the best roll is sought uphill from the best ones of the grid."""
 
     def frames(self, machine: Machine) -> Frame:
         """Frames (n,) at zero roll; numbers of the machine may be traced."""
@@ -63,11 +66,6 @@ class Points(NamedTuple):
         normal, first, second = tangent_axes(unit.azimuth, unit.tilt)
         x, y, z = (unit.position[:, k] * radius for k in range(3))
         return Frame(Vec(x, y, z + height), first, second, normal)
-
-    def turns(self) -> Angle:
-        """The rolls (m,)."""
-        angle = 2 * math.pi / self.rolls * np.arange(self.rolls)
-        return Angle(np.cos(angle), np.sin(angle))
 
 
 class Looked:
@@ -91,35 +89,29 @@ class Looked:
 
 
 class Stand:
-    """A machine over its check points, each with the best of the rolls, and at home."""
+    """A machine over its check points, each with its best roll, and at home."""
 
     def __init__(self, machine: Machine, points: Points, signs: Any, scene: Scene, load: Load) -> None:
         self.machine, self.points, self.signs = machine, points, signs
         self._scene, self._load = scene, load
 
     @cached_property
-    def roll(self) -> tuple[Scalar, Scalar]:
-        """Number of the best roll at every check point, the first of those equally good, and whether any is reached (n,)."""
-        points = self.points
-        mechanism, frames, turns = self.machine.mechanism, points.frames(self.machine), points.turns()
-        frames, turns = jax.tree.map(jnp.asarray, (frames, turns))
-        values = on_grid(mechanism, frames, turns, self.signs, points.objective)
-        best = values.max(axis=1)
-        # Not argmax, which XLA does not vectorise, and which rounding would decide where rolls are equally good.
-        is_best = values >= (best - TIE * jnp.abs(best))[:, None]
-        number = jnp.where(is_best, jnp.arange(float(points.rolls)), float(points.rolls)).min(axis=1)
-        return jnp.minimum(number, points.rolls - 1).astype(int), best > -jnp.inf
+    def roll(self) -> tuple[Angle, Scalar]:
+        """The best roll at every check point, and whether any is reached (n,)."""
+        points, mechanism = self.points, self.machine.mechanism
+        frames = jax.tree.map(jnp.asarray, points.frames(self.machine))
+        if points.climbs:
+            return climbed(mechanism, frames, self.signs, points.objective, points.rolls, points.symmetry)
+        every = jax.tree.map(jnp.asarray, turns(points.rolls, points.symmetry))
+        return on_the_grid(on_grid(mechanism, frames, every, self.signs, points.objective), every)
 
     @cached_property
     def surface(self) -> Looked:
         """Over the check points."""
-        number, reached = self.roll
-        return self.at_rolls(number, reached)
+        return self.at_rolls(*self.roll)
 
-    def at_rolls(self, number: Any, reached: Any) -> Looked:
-        """Over the check points with rolls that are known, by their numbers (n,)."""
-        turns = self.points.turns()
-        roll = Angle(*(jnp.asarray(c)[number] for c in turns))
+    def at_rolls(self, roll: Angle, reached: Any) -> Looked:
+        """Over the check points with rolls (n,) that are known."""
         frames = jax.tree.map(jnp.asarray, self.points.frames(self.machine))
         return Looked(self.machine, rolled(frames, roll), reached, self.signs, self._scene, self._load)
 

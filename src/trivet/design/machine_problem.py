@@ -1,15 +1,14 @@
 """An optimisation of one machine as the core of `front/` takes it: values in batches, and a smooth model about a design.
 
-The model holds the roll of every check point as it is best at the design.  What is maximised over the roll is never below the
-model's value, so that climbing the model climbs it; and where no limit decides the best roll, both have one slope (envelope
-theorem).  The least over poses has a row per pose.
+The rolls that are best at the design follow it to first order (`following.py`).  What is maximised over the roll is never below
+its value at any other roll that is reached, so that climbing the model climbs it.  The least over poses has a row per pose.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property, partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -19,8 +18,9 @@ from numpy.typing import NDArray
 from trivet.design.aims import Aim, Aims, Limit, seen
 from trivet.design.evaluation import Evaluation
 from trivet.design.fields import margins
+from trivet.design.following import Follower, Held, nowhere
 from trivet.design.front.problem import Values
-from trivet.design.looked import Looked, Stand
+from trivet.design.looked import Stand
 from trivet.design.quantities import GREATEST, HOME, LEAST, REACHED, Quantity, reduced
 from trivet.design.study import Study
 from trivet.design.variables import machine_of
@@ -32,23 +32,12 @@ STEP = 1e-4
 """Of a central difference, as a part of a variable's range, for what only studies of their own know."""
 
 
-class Held(NamedTuple):
-    """How a machine is looked at about one design."""
-
-    number: Array
-    """(n,) of the roll at every check point."""
-    point: Array
-    """(n,) which check points are looked at: those that are reached; the first of them again in the place of others."""
-    reached: Array
-    """(n,) whether the check point itself is."""
-
-
 class MachineProblem:
     """The problem of one of a study's machines."""
 
     def __init__(self, study: Study, place: int, aims: Aims) -> None:
         self.study, self.place, self.aims = study, place, aims
-        single = study.of(place)
+        single = study.of(place).climbing()
         self.evaluation = Evaluation(single)
         self.columns = [column.asked.name for column in single.columns]
         variables = single.variables
@@ -70,14 +59,13 @@ class MachineProblem:
         return MachineModel(self, np.asarray(design, dtype=float))
 
     @cached_property
-    def rolls(self) -> Callable[[Array], Any]:
-        """Numbers of the best rolls (n,) of a design, and whether they reach; compiled."""
+    def follower(self) -> Follower:
+        """How rolls follow designs."""
+        return Follower(self.stand, self.high - self.low)
 
-        @jax.jit
-        def run(design: Any) -> Any:
-            return self.stand(list(design)).roll
-
-        return run
+    def held(self, design: Array) -> Held:
+        """The rolls about a design."""
+        return self.follower.about(design) if self.evaluation.is_over_points else nowhere(design)
 
     @cached_property
     def rows(self) -> Callable[[Array, Held], Any]:
@@ -92,20 +80,14 @@ class MachineProblem:
     @cached_property
     def owner(self) -> Array:
         """(r,) whose row each is."""
-        shapes = [
-            jax.eval_shape(partial(self._of, own), np.zeros(len(self.low)), self._held_shape).shape[0] for own in self.aims.all
-        ]
-        return np.repeat(np.arange(len(shapes)), shapes)
+        held = self.held(self.low)
+        counts = [jax.eval_shape(partial(self._of, own), self.low, held).shape[0] for own in self.aims.all]
+        return np.repeat(np.arange(len(counts)), counts)
 
-    @property
-    def _held_shape(self) -> Held:
-        count = self.evaluation.points
-        return Held(np.zeros(count, dtype=int), np.zeros(count, dtype=int), np.ones(count, dtype=bool))
-
-    def stand(self, design: list[Any]) -> Stand:
+    def stand(self, design: Any) -> Stand:
         """The machine of a design, traced."""
         subject = self.single.subjects[0]
-        machine = machine_of(subject.machine, 0, self.single.variables, design)
+        machine = machine_of(subject.machine, 0, self.single.variables, list(jnp.asarray(design)))
         return Stand(machine, subject.points, subject.signs, subject.scene, self.single.load)
 
     def _rows(self, design: Any, held: Held) -> Any:
@@ -115,26 +97,22 @@ class MachineProblem:
         """Rows of one objective or constraint; what only a study knows has one row of zero, which the model fills."""
         if not isinstance(own.asked, Quantity):
             return jnp.zeros(1)
-        stand = self.stand(list(jnp.asarray(design)))
+        stand = self.stand(design)
         if own.asked.name == REACHED:
             assert isinstance(own, Limit)
             share = own.sign * (held.reached.mean() - own.bound)
-            return jnp.concatenate([-margins.travel(_looked(stand, held)), jnp.where(share > 0, share, -1.0)[None]])
-        values = jnp.atleast_1d(_parts(own.asked, stand, held))
+            return jnp.concatenate([-margins.travel(held.freely(stand)), jnp.where(share > 0, share, -1.0)[None]])
+        values = jnp.atleast_1d(_parts(own.asked, stand, design, held))
         return own.of(values)
 
 
-def _looked(stand: Stand, held: Held) -> Looked:
-    return stand.at_rolls(held.number, held.reached).parts(held.point)
-
-
-def _parts(asked: Quantity, stand: Stand, held: Held) -> Scalar:
+def _parts(asked: Quantity, stand: Stand, design: Any, held: Held) -> Scalar:
     """The quantity, or the parts (n,) whose least or greatest it is."""
     if asked.field is None:
         return asked.value(stand)
     if asked.reduction == HOME:
         return asked.field.values(stand.home).mean()
-    values = asked.field.values(_looked(stand, held))
+    values = asked.field.values(held.looked(stand, design))
     return values if asked.reduction in (LEAST, GREATEST) else reduced(values, held.reached, asked.reduction)
 
 
@@ -143,9 +121,7 @@ class MachineModel:
 
     def __init__(self, problem: MachineProblem, design: Array) -> None:
         self._problem = problem
-        number, reached = (np.asarray(c) for c in problem.rolls(design)) if problem.evaluation.is_over_points else _nowhere()
-        first = int(np.argmax(reached))
-        self._held = Held(number, np.where(reached, np.arange(len(number)), first), reached)
+        self._held = problem.held(design)
         self.owner = problem.owner
 
     def rows(self, design: Array) -> Array:
@@ -178,8 +154,3 @@ class MachineModel:
     def _by_study(self, own: Aim | Limit, designs: Array) -> Array:
         values = Evaluation(self._problem.single.asking([own.asked.name]))(designs).values
         return seen([own], [own.asked.name], values)[:, 0]
-
-
-def _nowhere() -> tuple[Array, Array]:
-    """No check points are asked for."""
-    return np.zeros(1, dtype=int), np.ones(1, dtype=bool)

@@ -20,13 +20,13 @@ from trivet.design.quantities import Asked, Quantity, quantity
 from trivet.design.study_file import StudyFile, read_study_file
 from trivet.design.variables import Variable, machine_of, variables_of
 from trivet.errors import InputError
-from trivet.kinematics.mode import closed_form_signs
+from trivet.kinematics.mode import closed_form_signs, mode_text
 from trivet.model import Machine, parse, to_text
 from trivet.model.toml import parse_toml
 from trivet.reach.scene import Scene, scene_of
 from trivet.statics.objective import objective
 from trivet.study.machines import choose
-from trivet.study.stiffness_map import workpiece_of
+from trivet.study.stiffness_map import roll_symmetry, workpiece_of
 
 Array = NDArray[Any]
 
@@ -111,6 +111,11 @@ class Study:
         variables = tuple(dataclasses.replace(one, actions=(one.actions[place],)) for one in self.variables)
         return dataclasses.replace(self, subjects=(self.subjects[place],), variables=variables)
 
+    def climbing(self) -> Study:
+        """The study with best rolls that are sought beyond the grid's, so that values have slopes."""
+        subjects = tuple(one._replace(points=one.points._replace(climbs=True)) for one in self.subjects)
+        return dataclasses.replace(self, subjects=subjects)
+
     def machine(self, place: int, design: Sequence[float]) -> Machine:
         """The machine that a design is, with plain numbers."""
         import jax
@@ -179,13 +184,16 @@ def study_of(given: StudyFile, machines: Sequence[Machine]) -> Study:
             raise InputError(f"machines: {name} is given twice; give each file its own name under [about]")
     poses = given.poses
     points = Points(poses.steps, poses.radius, poses.height, objective(poses.objective), poses.rolls)
-    subjects = tuple(
-        Subject(machine, closed_form_signs(machine, poses.mode), scene_of(machine, with_workpiece=False), points)
-        for machine in machines
-    )
+    subjects = tuple(_subject(machine, poses.mode, points) for machine in machines)
     load = Load(given.load.force, given.load.moment, given.load.gravity)
     made = Study(given, subjects, variables_of(given.variables, machines), load, ())
     return made.asking(given.quantities) if given.quantities else made
+
+
+def _subject(machine: Machine, mode: str | None, points: Points) -> Subject:
+    signs = closed_form_signs(machine, mode)
+    symmetry = roll_symmetry(machine, mode_text(machine, signs))
+    return Subject(machine, signs, scene_of(machine, with_workpiece=False), points._replace(symmetry=symmetry))
 
 
 def unpacked(text: str) -> Study:

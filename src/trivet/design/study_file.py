@@ -64,7 +64,7 @@ class GivenPoses:
     objective: Text = "K_xx"
     """What the roll maximises."""
     rolls: Annotated[int, Field(strict=True, ge=8, le=100_000)] = 360
-    """Rolls that are looked at, evenly all round; the best of them is taken."""
+    """Rolls that are looked at, evenly all round; from the best of them it goes on uphill."""
     mode: Annotated[str, Field(max_length=100)] | None = None
     """Working mode; each machine's own when not given."""
 

@@ -61,7 +61,7 @@ def unrolled(position: Any, azimuth: Any, tilt: Any) -> Frame:
     return Frame(Vec(*np.moveaxis(np.asarray(position, dtype=float), -1, 0)), x, y, normal)
 
 
-def _value(mechanism: Mechanism, frame: Frame, roll: Angle, signs: Scalar, scalar: Objective) -> Scalar:
+def objective_at(mechanism: Mechanism, frame: Frame, roll: Angle, signs: Scalar, scalar: Objective) -> Scalar:
     """Objective at one rolled pose; minus infinity where it is not reached."""
     stiffness, reached = platform_stiffness(mechanism, rolled(frame, roll), signs)
     value = scalar(stiffness)
@@ -73,7 +73,7 @@ def on_grid(mechanism: Mechanism, frames: Frame, rolls: Angle, signs: Scalar, sc
     """Objective at every point and roll: frames (n,), rolls (m,), result (n, m); minus infinity where not reached."""
 
     def row(frame: Frame) -> Scalar:
-        return jax.vmap(lambda roll: _value(mechanism, frame, roll, signs, scalar))(rolls)
+        return jax.vmap(lambda roll: objective_at(mechanism, frame, roll, signs, scalar))(rolls)
 
     return jax.vmap(row)(frames)
 
@@ -89,7 +89,7 @@ def _zoom(mechanism: Mechanism, frames: Frame, hills: Angle, offsets: Angle, sig
         def narrow(centre: Angle, offset: Angle) -> tuple[Angle, Any]:
             # Angle addition: no sine or cosine inside the kernel.
             tried = Angle(centre.cos * offset.cos - centre.sin * offset.sin, centre.sin * offset.cos + centre.cos * offset.sin)
-            values = jax.vmap(lambda roll: _value(mechanism, frame, roll, signs, scalar))(tried)
+            values = jax.vmap(lambda roll: objective_at(mechanism, frame, roll, signs, scalar))(tried)
             best = jnp.argmax(values)
             return Angle(tried.cos[best], tried.sin[best]), (values[best], jnp.isfinite(values).all())
 

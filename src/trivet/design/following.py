@@ -1,0 +1,123 @@
+"""How the best rolls of a machine follow its dimensions, to first order about one design.
+
+At a check point the best roll gamma is where the objective g has its top, g_gamma = 0, and stays so as the design x changes:
+d gamma / dx = -g_gamma,x / g_gamma,gamma.  Where a limit of travel cuts the hill, it stays there, where the margin m of travel
+vanishes: d gamma / dx = -m_x / m_gamma.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+from trivet.design.fields.margins import travel
+from trivet.design.looked import Looked, Stand
+from trivet.design.rolls import turns
+from trivet.space.frame import Angle
+from trivet.space.scalar import Scalar
+
+Array = NDArray[Any]
+
+BEYOND = 1e-5
+"""rad uphill from the best roll: where a limit cuts the hill, that is outside of the travel."""
+STEEPEST = 1e3
+"""rad, by which a roll may turn over the range of a variable; a flat top says nothing of where to go."""
+
+
+class Held(NamedTuple):
+    """The rolls at n check points about a design (d,)."""
+
+    design: Array
+    roll: Array
+    """(n,) the best at the design, rad."""
+    turn: Array
+    """(n, d) how it follows, rad per unit of each variable."""
+    freest: Array
+    """(n,) the roll with the greatest margin of travel, rad."""
+    point: Array
+    """(n,) which check points are looked at: those that are reached; the first of them again in the place of others."""
+    reached: Array
+    """(n,) whether the check point itself is."""
+
+    def looked(self, stand: Stand, design: Scalar) -> Looked:
+        """A machine near the design at the rolls that follow."""
+        roll = self.roll + self.turn @ (design - self.design)
+        return stand.at_rolls(_angle(roll), self.reached).parts(self.point)
+
+    def freely(self, stand: Stand) -> Looked:
+        """The same at the rolls with the greatest margins."""
+        return stand.at_rolls(_angle(self.freest), self.reached).parts(self.point)
+
+
+def nowhere(design: Array) -> Held:
+    """Where no check points are asked for."""
+    none = np.zeros(1)
+    return Held(design, none, np.zeros((1, len(design))), none, np.zeros(1, dtype=int), np.ones(1, dtype=bool))
+
+
+class Follower:
+    """Rolls about any design; compiled once."""
+
+    def __init__(self, stand: Callable[[Any], Stand], width: Array) -> None:
+        self._choose = jax.jit(partial(_chosen, stand))
+        self._follow = jax.jit(partial(_turns, stand))
+        self._width = width
+
+    def about(self, design: Array) -> Held:
+        """The rolls about a design (d,)."""
+        roll, reached, freest = (np.asarray(c) for c in self._choose(design))
+        first = int(np.argmax(reached))
+        turn = np.asarray(self._follow(design, roll))
+        most = STEEPEST / np.where(self._width > 0, self._width, 1.0)
+        # One that turns too fast to be followed is held.
+        turn = np.where((np.abs(turn) <= most).all(axis=1, keepdims=True), turn, 0.0)
+        point = np.where(reached, np.arange(len(roll)), first)
+        return Held(design, roll, turn, freest, point, reached)
+
+
+def _chosen(stand: Callable[[Any], Stand], design: Any) -> Any:
+    """The best roll at every check point (n,), whether any is reached, and the one with the greatest margin of travel."""
+    own = stand(design)
+    roll, reached = own.roll
+    every = jax.tree.map(jnp.asarray, turns(own.points.rolls, own.points.symmetry))
+
+    def margin(roll: Angle) -> Any:
+        return travel(own.at_rolls(jax.tree.map(lambda c: jnp.broadcast_to(c, reached.shape), roll), reached))
+
+    freest = jnp.argmax(jax.lax.map(margin, every), axis=0)
+    return jnp.arctan2(roll.sin, roll.cos), reached, jnp.arctan2(every.sin, every.cos)[freest]
+
+
+def _turns(stand: Callable[[Any], Stand], design: Any, roll: Any) -> Any:
+    """(n, d) slopes of the rolls by the variables."""
+    everywhere = jnp.ones(len(roll), dtype=bool)
+
+    def looked(design: Any, roll: Any) -> Looked:
+        return stand(design).at_rolls(_angle(roll), everywhere)
+
+    def value(design: Any, roll: Any) -> Any:
+        return stand(design).points.objective(looked(design, roll).stiffness)
+
+    def rise(design: Any, roll: Any) -> Any:
+        return jax.jvp(partial(value, design), (roll,), (jnp.ones_like(roll),))[1]
+
+    def margin(design: Any, roll: Any) -> Any:
+        return travel(looked(design, roll))
+
+    slope, curvature = jax.jvp(partial(rise, design), (roll,), (jnp.ones_like(roll),))
+    top = -jax.jacfwd(rise)(design, roll) / curvature[:, None]
+    _, narrowing = jax.jvp(partial(margin, design), (roll,), (jnp.ones_like(roll),))
+    edge = -jax.jacfwd(margin)(design, roll) / narrowing[:, None]
+    is_cut = margin(design, roll + jnp.sign(slope) * BEYOND) < 0
+    found = jnp.where(is_cut[:, None], edge, jnp.where(curvature[:, None] < 0, top, 0.0))
+    return jnp.where(jnp.isfinite(found), found, jnp.inf)
+
+
+def _angle(roll: Any) -> Angle:
+    return Angle(jnp.cos(roll), jnp.sin(roll))
