@@ -1,4 +1,4 @@
-"""Problems in closed form, as those of designs are asked: rows in JAX, each objective and constraint the greatest of its own."""
+"""Problems in closed form, as those of designs are asked: rows in JAX, each number the greatest of its own."""
 
 from __future__ import annotations
 
@@ -118,3 +118,19 @@ def osy() -> Toy:
 
     names = ("least sum", "greatest sum", "b - a", "a - 3b", "c and d", "e and f")
     return Toy(kernel, [0, 0, 1, 0, 1, 0], [10, 10, 5, 6, 5, 10], constraints=names)
+
+
+def cantilever() -> Toy:
+    """Volume and tip deflection of a beam in five steps (P. B. Thanedar and G. N. Vanderplaats, 1995)."""
+    force, step, modulus, stress = 50e3, 100.0, 20e6, 14e3
+    arms = step * np.arange(5, 0, -1)
+    cubes = (arms**3 - (arms - step) ** 3) / 3
+
+    def kernel(x: Any) -> Any:
+        width, height = x[:5], x[5:]
+        sag = force / modulus * jnp.sum(cubes * 12 / (width * height**3))
+        bent = 6 * force * arms / (width * height**2) / stress - 1
+        return (step * jnp.sum(width * height) / 1e4,), (sag,), tuple(bent), tuple(height / width / 20 - 1)
+
+    names = ("volume", "deflection")
+    return Toy(kernel, [1.0] * 5 + [5.0] * 5, [5.0] * 5 + [65.0] * 5, names, ("stress", "slenderness"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,20 +13,29 @@ LIMIT = 500
 """Designs kept on the front, and again beside it."""
 NEXT = 2
 """Ranks kept beyond the first."""
+NEAREST = 5
+"""Designs kept that come nearest to all constraints."""
 
 
-def spread(objectives: Array, count: int) -> Array:
-    """Which (count,) of points (n, m) to keep so that they are spread evenly: the ends, then ever the one farthest from those."""
-    if len(objectives) <= count:
+def spread(objectives: Array, count: int, taken: Sequence[int] = (), closest: float = 0.0) -> Array:
+    """Which of points (n, m) to keep, spread evenly: some (the ends where not given), then ever the one farthest from those.
+
+    Args:
+        objectives: the points.
+        count: how many to keep.
+        taken: which to begin with.
+        closest: none is added that is nearer than this to another, as a part of the extent.
+    """
+    if len(objectives) <= count and not closest:
         return np.arange(len(objectives))
     width = np.ptp(objectives, axis=0)
     places = objectives / np.where(width > 0, width, 1.0)
-    kept = list(dict.fromkeys(int(i) for i in places.argmin(axis=0)))[:count]
+    kept = list(taken) or list(dict.fromkeys(int(i) for i in places.argmin(axis=0)))[:count]
     apart = np.min([np.sum((places - places[i]) ** 2, axis=1) for i in kept], axis=0)
-    while len(kept) < count:
+    while len(kept) < min(count, len(places)) and apart.max() > closest**2:
         kept.append(int(apart.argmax()))
         apart = np.minimum(apart, np.sum((places - places[kept[-1]]) ** 2, axis=1))
-    return np.sort(kept)
+    return np.sort(np.array(kept, int))
 
 
 def ranks(objectives: Array) -> Array:
@@ -55,13 +65,17 @@ class Archive:
     values: Values
     is_dominated: Array
     """(n,) what was once dominated stays so, even where what dominated it was left out for want of room."""
+    nearest: tuple[Array, Array]
+    """Designs (q, d) that miss constraints the least, and those constraints (q, k)."""
+    seen: int = 0
+    """Designs that were offered."""
     limit: int = LIMIT
 
     @classmethod
-    def empty(cls, variables: int, objectives: int, constraints: int, limit: int = LIMIT) -> Archive:
+    def empty(cls, variables: int, objectives: int, constraints: int) -> Archive:
         """Nothing yet."""
-        values = Values(np.zeros((0, objectives)), np.zeros((0, constraints)))
-        return cls(np.zeros((0, variables)), values, np.zeros(0, bool), limit)
+        none, values = np.zeros((0, variables)), Values(np.zeros((0, objectives)), np.zeros((0, constraints)))
+        return cls(none, values, np.zeros(0, bool), (none, values.constraints))
 
     def __len__(self) -> int:
         return len(self.designs)
@@ -73,9 +87,11 @@ class Archive:
 
     def add(self, designs: Array, values: Values) -> int:
         """Takes in what is feasible of designs (n, d); returns how many of them came onto the front."""
-        fine = values.is_feasible
+        self.seen += len(designs)
+        fine, before = values.is_feasible, len(self)
+        if not before:
+            self._keep_nearest(designs, values)
         designs, values = designs[fine], values.at(fine)
-        before = len(self)
         self.designs = np.concatenate([self.designs, designs])
         self.values = Values(*(np.concatenate(both) for both in zip(self.values, values, strict=True)))
         self.is_dominated = np.concatenate([self.is_dominated, np.zeros(len(designs), bool)])
@@ -85,6 +101,14 @@ class Archive:
         if len(self) > 4 * self.limit:
             self.prune()
         return came
+
+    def _keep_nearest(self, designs: Array, values: Values) -> None:
+        """Of those which miss constraints."""
+        missed = np.isfinite(values.violation) & ~values.is_feasible
+        every = np.concatenate([self.nearest[0], designs[missed]])
+        constraints = np.concatenate([self.nearest[1], values.constraints[missed]])
+        first = np.argsort(np.max(constraints, axis=1, initial=0.0), kind="stable")[:NEAREST]
+        self.nearest = every[first], constraints[first]
 
     def prune(self) -> None:
         """Keeps what has room, evenly spread."""

@@ -72,8 +72,8 @@ def evolved(asked: Asked, how: Evolution, start: Array | None = None, tell: Tell
 
 
 def _for_pymoo(values: Values) -> dict[str, Array]:
-    """Numbers everywhere.  Objectives without value are put within the range of the others, where they do no harm; that there is
-    none is one more constraint."""
+    """Numbers everywhere.  Objectives without value are put within the range of the others, where they do no harm; what
+    lacks is one more constraint."""
     has_value, (objectives, constraints) = values.has_value, values
     least = np.min(objectives[has_value], axis=0) if has_value.any() else np.zeros(objectives.shape[1])
     lacking = VOID * ((~np.isfinite(objectives)).sum(axis=1) + (~np.isfinite(constraints)).sum(axis=1))
@@ -96,7 +96,8 @@ def _algorithm(asked: Asked, box: Box, how: Evolution, given: Array) -> Any:
 
     counts = box.counts
     parts = {
-        "pop_size": how.population, "sampling": Spread(counts, given), "crossover": Crossed(counts), "mutation": Mutated(counts),
+        "pop_size": how.population, "sampling": Spread(counts, given),
+        "crossover": Crossed(counts), "mutation": Mutated(counts),
         "seed": how.seed, "termination": NoTermination(),
     }  # fmt: skip
     many = len(asked.problem.objectives)

@@ -105,8 +105,8 @@ class Polisher:
         return key in (one.design.tobytes() for one in self.front)
 
     def towards(self, start: Array, reference: Array, direction: Array) -> Point:
-        """The best design found from one (d,) for the least t with objectives <= reference + t direction, (m,) both; never worse
-        than that one."""
+        """The best design found from one (d,) for the least t with objectives <= reference + t direction, (m,) both; never
+        worse than that one."""
         goal = improving(reference, direction, self.width, len(self.asked.problem.constraints))
         return self.pursued(start, goal)
 
@@ -114,10 +114,12 @@ class Polisher:
         """The best design found from one (d,) for a goal, never worse than that one."""
         key = b"polished" + b"".join(np.ascontiguousarray(part, float).tobytes() for part in (start, *goal))
         if key in self.asked.memo:
-            return self._tried(self.asked.memo[key][None])[0]
-        point, radius = self._tried(start[None])[0], self.how.radius
+            return self._again(self.asked.memo[key])
+        way: list[Array] = [start[None]]
+        point, radius = self._tried(way[0])[0], self.how.radius
         for _ in range(ROUNDS):
-            better, promised = self._once(point, goal, radius)
+            better, promised, tried = self._once(point, goal, radius)
+            way.append(tried)
             if promised < self.how.precision:
                 break
             if better is None:
@@ -126,18 +128,27 @@ class Polisher:
             gained, point = gain(goal, point.both, better.both), better
             if gained < self.how.precision or self.is_late:
                 break
-        self.asked.memo.update({key: point.design})
+        if not self.is_late:
+            self.asked.memo.update({key: np.concatenate([*way, point.design[None]])})
         return point
 
-    def _once(self, point: Point, goal: Goal, radius: float) -> tuple[Point | None, float]:
-        """What a model of a design leads to, if it is better, and what it promised to gain."""
+    def _again(self, way: Array) -> Point:
+        """What was tried on a way that is known, in the same order, so that the archive becomes the same; its end."""
+        self._tried(way[:1])
+        for first in range(1, len(way) - 1, len(BACK)):
+            self._tried(way[first : first + len(BACK)])
+        return self._tried(way[-1:])[0]
+
+    def _once(self, point: Point, goal: Goal, radius: float) -> tuple[Point | None, float, Array]:
+        """What a model of a design leads to, if it is better, what it promised to gain, and the designs that were tried."""
         first = self.box.genes(point.design[None])[0][self.box.is_free]
         program = Program(self.asked.problem.model(point.design), self.box, point.design, goal, radius)
         found, promised = program.solved(STEPS, self.how.precision)
-        tried = self._tried(self.box.moved(point.design, first + np.array(BACK)[:, None] * (found - first)))
+        designs = self.box.moved(point.design, first + np.array(BACK)[:, None] * (found - first))
+        tried = self._tried(designs)
         missed, t = goal.attained(np.array([point.both, *(one.both for one in tried)]))
         best = int(np.lexsort((t, missed))[0])
-        return (None if best == 0 else tried[best - 1]), promised
+        return (None if best == 0 else tried[best - 1]), promised, designs
 
     def is_alike(self, a: Point, b: Point) -> bool:
         """Whether two have the same discrete values."""
@@ -218,7 +229,7 @@ def _fill(polisher: Polisher, a: Point, b: Point, gap: Gap) -> None:
 
 
 def _between(polisher: Polisher, a: Point, b: Point, gap: Gap) -> list[Array]:
-    """Designs to start from: halfway, where discrete variables agree, and that of the archive which is nearest in objectives."""
+    """Designs to start from: halfway, where discrete variables agree, and the archive's nearest in objectives."""
     designs, values = polisher.archive.best
     nearest = designs[np.sum(((values.objectives - gap.middle) / polisher.width) ** 2, axis=1).argmin()]
     if polisher.is_alike(a, b):

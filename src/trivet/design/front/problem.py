@@ -39,7 +39,7 @@ class Values(NamedTuple):
 
     @property
     def violation(self) -> Array:
-        """(n,) how far the constraint that is farthest from met is above zero; infinite without a value, zero where all are met."""
+        """(n,) by how much the worst constraint is missed: zero where all are met, infinite without a value."""
         worst = np.max(self.constraints, axis=1, initial=0.0)
         return np.where(self.has_value, np.where(worst <= MET, 0.0, worst), np.inf)
 

@@ -1,5 +1,5 @@
-"""One step of polishing: sequential quadratic programming on a smooth model (D. Kraft, SLSQP, DFVLR-FB 88-28, 1988), in the form
-of A. Pascoletti and P. Serafini (1984),
+"""One step of polishing: sequential quadratic programming on a smooth model (D. Kraft, SLSQP, DFVLR-FB 88-28, 1988), in the
+form of A. Pascoletti and P. Serafini (1984),
 
     least t  with  f_i(x) <= reference_i + t direction_i,
 
@@ -35,7 +35,7 @@ class Goal(NamedTuple):
     """What is much of each."""
 
     def attained(self, both: Array) -> tuple[Array, Array]:
-        """Of rows (n, m + k) of objectives and constraints: by how much (n,) bounds are missed, but for rounding, and t (n,)."""
+        """Of rows (n, m + k) of objectives and constraints: by how much bounds are missed but for rounding, and t, (n,) both."""
         bound = np.isfinite(self.reference) & (self.direction == 0)
         aimed = self.direction > 0
         missed = np.max((both[:, bound] - self.reference[bound]) / self.scale[bound], axis=1, initial=0.0)

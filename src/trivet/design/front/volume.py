@@ -29,7 +29,7 @@ def volume(objectives: Array, ideal: Array, reference: Array) -> float:
 
 
 def box(*fronts: Array, beyond: float = 0.1) -> tuple[Array, Array]:
-    """Ideal and reference point (m,) of some fronts (n, m): their least values, and their greatest and so much of the range more."""
+    """Ideal and reference point (m,) of some fronts (n, m): their least values, and so much beyond their greatest."""
     every = np.concatenate(fronts)
     low, high = every.min(axis=0), every.max(axis=0)
     width = np.where(high > low, high - low, np.maximum(np.abs(high), 1.0))

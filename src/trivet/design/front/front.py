@@ -1,0 +1,81 @@
+"""A front as it is told: its points with what holds each, and the alternatives that are nearly as good."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from trivet.design.front.archive import Archive, ranks, spread
+from trivet.design.front.box import Box
+from trivet.design.front.problem import Array, Problem, Values
+
+HELD = 1e-6
+"""A constraint is active where it is at most this far from zero, a bound where a variable is as near to it, as a part of its
+range."""
+
+
+class Bound(NamedTuple):
+    """An end of a variable's range."""
+
+    variable: str
+    is_high: bool
+
+
+@dataclass(frozen=True)
+class Front:
+    """Designs that no other dominates, by their first objective, and dominated ones beside them."""
+
+    designs: Array
+    """(n, d)"""
+    values: Values
+    is_polished: Array
+    """(n,) whether slopes lead to nothing better."""
+    active: tuple[tuple[str, ...], ...]
+    """Constraints that hold each point."""
+    bounds: tuple[tuple[Bound, ...], ...]
+    """Ends of ranges that hold each point."""
+    alternatives: Array
+    """(q, d) dominated designs."""
+    alternative_values: Values
+    ranks: Array
+    """(q,) of the alternatives: 1 where only points of the front dominate one, 2 where such alternatives do."""
+
+
+def told(problem: Problem, archive: Archive, polished: set[bytes], points: int) -> Front:
+    """The front of an archive, with so many points at most: those that are polished, others where these leave gaps."""
+    designs, values = archive.best
+    is_polished = np.array([design.tobytes() in polished for design in designs], bool)
+    first = np.flatnonzero(is_polished)
+    first = first[spread(values.objectives[first], points)]
+    kept = spread(values.objectives, points, list(first), 1 / points if len(first) else 0.0)
+    kept = kept[np.lexsort(values.objectives[kept].T[::-1])]
+    designs, values, is_polished = designs[kept], values.at(kept), is_polished[kept]
+    beside, next_, rank = _beside(archive, points)
+    return Front(
+        designs, values, is_polished,
+        tuple(_active(problem, row) for row in values.constraints), tuple(_bounds(problem, design) for design in designs),
+        beside, next_, rank,
+    )  # fmt: skip
+
+
+def _beside(archive: Archive, points: int) -> tuple[Array, Values, Array]:
+    """Alternatives, their values and ranks."""
+    index = np.flatnonzero(archive.is_dominated)
+    rank = np.maximum(ranks(archive.values.objectives)[index], 1)
+    objectives = archive.values.objectives[index]
+    kept = spread(objectives, points)
+    kept = kept[np.lexsort([*objectives[kept].T[::-1], rank[kept]])]
+    return archive.designs[index[kept]], archive.values.at(index[kept]), rank[kept]
+
+
+def _active(problem: Problem, constraints: Array) -> tuple[str, ...]:
+    return tuple(name for name, value in zip(problem.constraints, constraints, strict=True) if abs(value) <= HELD)
+
+
+def _bounds(problem: Problem, design: Array) -> tuple[Bound, ...]:
+    box = Box.of(problem)
+    genes = box.genes(design[None])[0]
+    ends = [(name, gene) for name, gene, is_free in zip(problem.variables, genes, box.is_free, strict=True) if is_free]
+    return tuple(Bound(name, bool(gene > 0.5)) for name, gene in ends if min(gene, 1 - gene) <= HELD)
