@@ -8,6 +8,24 @@ import typer
 
 from trivet.measure.files.suffixes import KINDS
 
+Study = Annotated[str, typer.Argument(help="A study file: machines, what varies of them, what is asked.", metavar="STUDY.toml")]
+Store = Annotated[
+    str | None,
+    typer.Option(
+        "--store",
+        help="Folder of the results, made or gone on with; the name of the study file with .zarr by default.",
+        metavar="FOLDER",
+    ),
+]
+Workers = Annotated[
+    int, typer.Option("--workers", help="Processes to be started on this machine; 0 works in this one.", min=0, max=256)
+]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler", help="A dask scheduler whose workers are taken, such as tcp://127.0.0.1:8786.", metavar="ADDRESS"
+    ),
+]
 Machine = Annotated[
     str,
     typer.Argument(
@@ -111,6 +129,13 @@ Radius = Annotated[str | None, typer.Option("--radius", help="Radius of the hemi
 Height = Annotated[
     str | None, typer.Option("--height", help="Height of its centre above {O}; the machine's workpiece by default.")
 ]
+
+
+def store_of(study: str, store: str | None) -> str:
+    """Where the results of a study go."""
+    from pathlib import Path
+
+    return store if store is not None else f"{Path(study).stem}.zarr"
 
 
 def quantity(option: str, text: str | None, dimension: str, si: str, positive: bool = False) -> float | None:

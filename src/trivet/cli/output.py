@@ -183,3 +183,36 @@ def progress(quiet: bool, unit: str = "points") -> Iterator[Callable[..., None]]
             bar.update(tasks[name], completed=done, total=total, count=f"{counted(done, total)} {unit}".rstrip())
 
         yield advance
+
+
+@contextmanager
+def remaining(quiet: bool, unit: str) -> Iterator[Callable[[int, int, float | None], None]]:
+    """A bar for long work; gives what is called with how many are done, of how many, and the seconds that the rest takes."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.fields[count]}"),
+        TimeElapsedColumn(),
+        TextColumn("{task.fields[rest]}"),
+    )
+    settle()
+    with Progress(*columns, console=Console(stderr=True), transient=True, disable=quiet or not sys.stderr.isatty()) as bar:
+        task = bar.add_task(_FIRST, total=None, count="", rest="")
+
+        def advance(done: int, total: int, seconds: float | None) -> None:
+            rest = "" if seconds is None else f"about {lasting(seconds)} left"
+            bar.update(task, description=unit, completed=done, total=total, count=f"{done:,} of {total:,}", rest=rest)
+
+        yield advance
+
+
+def lasting(seconds: float) -> str:
+    """A time in words, no finer than one knows it."""
+    for size, word in ((86400, "d"), (3600, "h"), (60, "min")):
+        if seconds >= 1.5 * size:
+            return f"{seconds / size:.2g} {word}"
+    return f"{seconds:.0f} s"

@@ -1,4 +1,4 @@
-"""The best roll at every check point, within a kernel over designs (`statics.best_roll` is the same of one machine, with NumPy).
+"""The best roll at every check point, within a kernel over designs: the same as `statics.best_roll` of one machine, with NumPy.
 
 A grid of rolls finds the hills.  A sweep takes the best roll of the grid, which is what makes it fast; an optimisation climbs
 the highest hills, since a value that hangs on a grid has no slope.
@@ -62,13 +62,13 @@ def climbed(
     step = 2 * math.pi / rolls * 0.25 ** np.arange(1, LEVELS + 1)
     offset = step[:, None] * np.arange(-(CANDIDATES // 2), CANDIDATES // 2 + 1)
     repeated = jax.tree.map(lambda c: jnp.repeat(c, count), frames)
-    value = jax.vmap(
-        lambda frame, row: jax.vmap(lambda roll: objective_at(mechanism, frame, roll, signs, scalar))(row),
-    )
+
+    def at(frame: Frame, row: Angle) -> Scalar:
+        return jax.vmap(lambda roll: objective_at(mechanism, frame, roll, signs, scalar))(row)
 
     def narrow(centre: Angle, offset: Angle) -> tuple[Angle, Scalar]:
         tried = _turned(Angle(centre.cos[:, None], centre.sin[:, None]), offset)
-        found = value(repeated, tried)
+        found = jax.vmap(at)(repeated, tried)
         top = found.max(axis=1)
         best = _first(found == top[:, None])
         return _turned(centre, Angle(offset.cos[best], offset.sin[best])), top

@@ -135,6 +135,12 @@ class Quantity:
         example = f'"{self.example}"' if self.si else self.example
         return PydanticCustomError("quantity", "{reason}; write for example {example}", {"reason": reason, "example": example})
 
+    def in_unit(self, si_value: float) -> float:
+        """The number in the preferred unit, rounded as it may be."""
+        factor = self._unit_factor(self.written)
+        assert factor is not None, self.written
+        return float(si_value) / float(factor)
+
     def write(self, si_value: float) -> str | float:
         """Text in the preferred unit which reads back to the same float; in SI where the preferred unit would round."""
         if not self.si:
