@@ -35,6 +35,7 @@ GROUPS = {
     "straight circle through timed Limits Trajectory",
     "One pose": "pose PoseReport forward Forward singularity_report SingularityReport",
     "Stiffness and singularities, pose by pose": "stiffness_map StiffnessMap compare Comparison singularity_map SingularityMap",
+    "Accuracy": "accuracy Tolerances Tolerance Misalignment Positioning Play Heat read_tolerances Accuracy",
     "Reach": "tilt tilts TiltReport TiltStudy workspace workspaces WorkspaceReport WorkspaceStudy orientation_workspace "
     "OrientationReport",
     "Ways": "plan plan_along plans Plan PlanStudy cone ConePlan advice Change",

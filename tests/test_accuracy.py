@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import io
+import json
+import re
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -10,8 +13,11 @@ from typing import Any
 import jax
 import numpy as np
 import pytest
+import xarray as xr
 from machines import part
+from rich.console import Console
 
+import trivet
 from trivet.errors import InputError, NoResultError
 from trivet.kinematics.approach import approach, drive_coordinates
 from trivet.kinematics.deviation import Deviation, Way, deviations, places, platform_errors
@@ -26,6 +32,7 @@ from trivet.space.pose import zyz_frame
 from trivet.study.accuracy import FACETS, accuracy, apart
 from trivet.study.inexactness import inexactness
 from trivet.study.tolerance_file import Heat, Misalignment, Play, Positioning, Tolerance, Tolerances
+from trivet.views.accuracy import as_json, tables
 
 MACHINES = [name for name in catalogue() if not name.startswith("azulay-")]
 _compiled = jax.jit(
@@ -426,3 +433,37 @@ def test_what_cannot_be_asked() -> None:
         accuracy("azulay", Tolerances())
     with pytest.raises(InputError, match="plus_minus: nan"):
         accuracy("azulay", Tolerances((Tolerance("link.length", plus_minus=float("nan")),)))
+
+
+def test_tables_pictures_and_files(tmp_path: Path) -> None:
+    """Of a hemisphere whose ring of singular poses first order says nothing of, and of a path."""
+    given = Tolerances(
+        (Tolerance("link.length", plus_minus="0.02 mm"),), heat=(Heat(("link",), warmer="5 K", expansion="1.2e-5 1/K"),)
+    )
+    found = accuracy("azulay", given, over_hemisphere(0.121, 0.004, 5), roll="-alpha")
+    assert 0 < found.beyond.sum() < found.used.sum() == len(found.family)
+    assert not found.beyond[found.least_accurate]
+    console = Console(width=150, file=io.StringIO(), record=True)
+    for one in tables(found):
+        console.print(one)
+    text = console.export_text()
+    assert "81 of 81 points reached; platform centre, drives held" in text
+    assert f"{found.beyond.sum()} points: the platform may turn by more than 3°, as near a singularity" in text
+    assert re.search(r"tolerance +link.length +± 0.02 mm +3 +100.0 +100.0 +100.0 +100.0 +0\n", text)
+    assert re.search(r"heat +link +5 K warmer +0 +0.0", text)
+    document = json.loads(json.dumps(as_json(found), allow_nan=False))
+    assert document["sources"][1] == {"kind": "heat", "of": "link", "size": "5 K warmer", "amounts": 0}
+    np.testing.assert_array_equal(document["worst_m_rad"], found.worst)
+    trivet.save(found, tmp_path / "errors.nc")
+    with xr.open_dataset(tmp_path / "errors.nc", engine="h5netcdf") as kept:
+        np.testing.assert_array_equal(kept["covariance"].sel(component="x", **{"with": "y"}), found.covariance[:, 0, 1])
+        assert kept["of"].values.tolist() == ["link.length", "link"]
+    trivet.figure(found, tmp_path / "errors.png")
+    assert (tmp_path / "errors.png").read_bytes().startswith(b"\x89PNG")
+    trivet.figure(found, tmp_path / "errors.html")
+    page = (tmp_path / "errors.html").read_text()
+    assert "near a singularity" in page
+    assert "link.length \\u00b1 0.02 mm" in page
+    path = accuracy("azulay", given, at(0, 0, 0.125, 0, 0.1, 0))
+    trivet.figure(path, tmp_path / "path.png")
+    trivet.figure(path, tmp_path / "path.html")

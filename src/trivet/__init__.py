@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from trivet.space.family import Family, along, in_block, over_hemisphere
     from trivet.space.pose import zyz_frame
     from trivet.space.surface import Surface, hemisphere
+    from trivet.study.accuracy import Accuracy, accuracy
     from trivet.study.advice import Change, advice
     from trivet.study.atlas import Atlas, atlas
     from trivet.study.atlas_datasets import save_responses
@@ -67,6 +68,7 @@ if TYPE_CHECKING:
     from trivet.study.solid_check import SolidCheck, solid_check
     from trivet.study.stiffness_map import StiffnessMap, stiffness_map
     from trivet.study.tilt import TiltReport, TiltStudy, tilt, tilts
+    from trivet.study.tolerance_file import Heat, Misalignment, Play, Positioning, Tolerance, Tolerances, read_tolerances
     from trivet.study.update import Update, update
     from trivet.study.workspace import (
         OrientationReport,
@@ -100,6 +102,7 @@ _HOMES = {
     "trivet.space.family": ("Family", "along", "in_block", "over_hemisphere"),
     "trivet.space.pose": ("zyz_frame",),
     "trivet.space.surface": ("Surface", "hemisphere"),
+    "trivet.study.accuracy": ("Accuracy", "accuracy"),
     "trivet.study.advice": ("Change", "advice"),
     "trivet.study.atlas": ("Atlas", "atlas"),
     "trivet.study.atlas_datasets": ("save_responses",),
@@ -130,6 +133,15 @@ _HOMES = {
     "trivet.study.solid_check": ("SolidCheck", "solid_check"),
     "trivet.study.stiffness_map": ("StiffnessMap", "stiffness_map"),
     "trivet.study.tilt": ("TiltReport", "TiltStudy", "tilt", "tilts"),
+    "trivet.study.tolerance_file": (
+        "Heat",
+        "Misalignment",
+        "Play",
+        "Positioning",
+        "Tolerance",
+        "Tolerances",
+        "read_tolerances",
+    ),
     "trivet.study.update": ("Update", "update"),
     "trivet.study.workspace": (
         "OrientationReport",
@@ -142,20 +154,21 @@ _HOMES = {
 }
 
 __all__ = [
-    "Atlas", "Change", "Channel", "Comparison", "ConePlan", "Correlation", "Cut", "DynamicComparison", "DynamicsReport",
-    "Family", "Forward", "Free", "FrequencyResponse", "Functions", "Goal", "InputError", "Limits", "Loading", "Lobes",
-    "LobesAlong", "LockSets", "LocksAdvised", "Machine", "Minimum", "ModalFit", "ModePaths", "ModesReport", "MotionReport",
-    "NoResultError", "OrientationReport", "Plan", "PlanStudy", "PoseReport", "RedundantPath", "Simulation", "SingularityMap",
-    "SingularityReport", "SolidCheck", "StiffnessMap", "Surface", "TiltReport", "TiltStudy", "Trajectory", "TrivetError",
-    "Update", "WorkspaceReport", "WorkspaceStudy", "advice", "advise_locks", "along", "along_path", "atlas", "catalogue",
-    "circle", "compare", "compare_dynamics", "cone", "correlate", "dimensions", "dynamics_report", "figure", "fit_modes",
-    "forward", "frf", "hemisphere", "import_files", "in_block", "load", "lobes", "lobes_along", "lock_sets",
-    "minimum_dynamic_stiffness", "modes", "modes_along", "motion", "orientation_workspace", "over_hemisphere", "parse", "plan",
-    "plan_along", "plans", "pose", "read_functions", "read_path", "read_setup", "read_universal", "redundant_path", "save",
+    "Accuracy", "Atlas", "Change", "Channel", "Comparison", "ConePlan", "Correlation", "Cut", "DynamicComparison",
+    "DynamicsReport", "Family", "Forward", "Free", "FrequencyResponse", "Functions", "Goal", "Heat", "InputError", "Limits",
+    "Loading", "Lobes", "LobesAlong", "LockSets", "LocksAdvised", "Machine", "Minimum", "Misalignment", "ModalFit", "ModePaths",
+    "ModesReport", "MotionReport", "NoResultError", "OrientationReport", "Plan", "PlanStudy", "Play", "PoseReport",
+    "Positioning", "RedundantPath", "Simulation", "SingularityMap", "SingularityReport", "SolidCheck", "StiffnessMap",
+    "Surface", "TiltReport", "TiltStudy", "Tolerance", "Tolerances", "Trajectory", "TrivetError", "Update", "WorkspaceReport",
+    "WorkspaceStudy", "accuracy", "advice", "advise_locks", "along", "along_path", "atlas", "catalogue", "circle", "compare",
+    "compare_dynamics", "cone", "correlate", "dimensions", "dynamics_report", "figure", "fit_modes", "forward", "frf",
+    "hemisphere", "import_files", "in_block", "load", "lobes", "lobes_along", "lock_sets", "minimum_dynamic_stiffness", "modes",
+    "modes_along", "motion", "orientation_workspace", "over_hemisphere", "parse", "plan", "plan_along", "plans", "pose",
+    "read_functions", "read_path", "read_setup", "read_tolerances", "read_universal", "redundant_path", "save",
     "save_functions", "save_responses", "schema", "simulate", "singularity_map", "singularity_report", "solid_check",
     "stiffness_map", "straight", "switched", "through", "tilt", "tilts", "timed", "to_calculix", "to_mjcf", "to_text",
-    "to_urdf", "update", "workspace", "workspaces", "write", "write_calculix", "write_mjcf", "write_report",
-    "write_universal", "write_urdf", "zyz_frame",
+    "to_urdf", "update", "workspace", "workspaces", "write", "write_calculix", "write_mjcf", "write_report", "write_universal",
+    "write_urdf", "zyz_frame",
 ]  # fmt: skip
 
 

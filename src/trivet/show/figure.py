@@ -10,6 +10,7 @@ from trivet.kinematics.forward import Forward
 from trivet.measure.imported import Imported
 from trivet.measure.modal.model import ModalFit
 from trivet.model import Machine
+from trivet.show.accuracy import draw_accuracy
 from trivet.show.assembly import draw_assembly
 from trivet.show.atlas import draw_atlas
 from trivet.show.comparison import draw_comparison
@@ -33,6 +34,7 @@ from trivet.show.solids import draw_solids
 from trivet.show.tilt import draw_tilts
 from trivet.show.update import draw_update
 from trivet.show.workspace import draw_orientations, draw_workspaces
+from trivet.study.accuracy import Accuracy
 from trivet.study.atlas import Atlas
 from trivet.study.comparison import Comparison
 from trivet.study.cone import ConePlan
@@ -67,7 +69,7 @@ def figure(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False
         result: a Machine (at home), or what `pose`, `forward`, `singularity_report`, `stiffness_map`, `singularity_map`,
             `compare`, `compare_dynamics`, `modes`, `modes_along`, `frf`, `lobes`, `lobes_along`, `advise_locks`,
             `redundant_path`, `solid_check`, `motion`,
-            `simulate`, `tilt`, `workspace`, `plan` or `cone` gave.
+            `simulate`, `tilt`, `workspace`, `plan`, `cone` or `accuracy` gave.
         path: file to write; .png is a picture, .html a page that needs no network.
         overwrite: whether the file may be replaced.
 
@@ -104,6 +106,11 @@ def _(result: StiffnessMap, path: str | os.PathLike[str], *, overwrite: bool = F
 @figure.register
 def _(result: Atlas, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     draw_atlas(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: Accuracy, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_accuracy(result, path, overwrite=overwrite)
 
 
 @figure.register

@@ -20,6 +20,7 @@ from trivet.kinematics.jacobian import require_six_each
 from trivet.kinematics.mode import closed_form_signs, mode_text, mode_words
 from trivet.model import Machine
 from trivet.reach.margins import travel_margin
+from trivet.results.netcdf import COMPONENTS
 from trivet.space.batches import SIZES, in_batches
 from trivet.space.family import Family, Places
 from trivet.space.frame import Frame
@@ -39,7 +40,8 @@ FACETS = 8
 """Facets per edge of the cube through which directions are looked along."""
 SIGMAS = 3.0
 """Standard deviations of the ellipsoid that is told."""
-COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
+SMALL = math.radians(3.0)
+"""Angle at worst up to which first order is taken at its word: what it leaves out grows with the square."""
 
 
 @dataclass(frozen=True)
@@ -118,9 +120,21 @@ class Accuracy:
             return own / own.sum(axis=1, keepdims=True)
 
     @property
+    def beyond(self) -> Array:
+        """(n,) points at which the platform may turn by more than first order can tell of, as near a singularity."""
+        return self.farthest[:, 1] > SMALL
+
+    @property
+    def told(self) -> Array:
+        """(n,) points of which statistics are made: those reached where first order holds; all that are reached if it holds
+        nowhere."""
+        held = self.used & ~self.beyond
+        return held if held.any() else self.used
+
+    @property
     def least_accurate(self) -> int:
-        """The point of the grid at which the root mean square of the distance is greatest."""
-        return int(np.nanargmax(self.size[:, 0]))
+        """Of the points `told` that at which the root mean square of the distance is greatest."""
+        return int(np.nanargmax(np.where(self.told, self.size[:, 0], np.nan)))
 
     def contributions(self) -> Iterator[tuple[slice, Array]]:
         """(some, r, 6) errors by row of `inexact`, at its limit or one standard deviation, of the points in their order and a

@@ -13,6 +13,8 @@ from trivet.measure.files.by_suffix import save_functions
 from trivet.measure.imported import Imported
 from trivet.measure.modal.model import ModalFit
 from trivet.results.netcdf import COMPONENTS, labelled, write_groups, write_netcdf
+from trivet.study.accuracy import Accuracy
+from trivet.study.accuracy_datasets import accuracy_dataset
 from trivet.study.atlas import Atlas
 from trivet.study.atlas_datasets import atlas_dataset
 from trivet.study.chatter_datasets import lobes_along_dataset, lobes_dataset
@@ -124,7 +126,7 @@ def save(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False) 
     Args:
         result: what `stiffness_map`, `atlas`, `singularity_map`, `compare`, `compare_dynamics`, `modes`, `modes_along`, `frf`,
             `lobes`, `lobes_along`, `advise_locks`, `redundant_path`, `solid_check`, `motion`, `simulate`, `tilt`,
-            `workspace`, `plan` or `cone` gave.
+            `workspace`, `plan`, `cone` or `accuracy` gave.
         path: file to write; it appears whole or not at all.
         overwrite: whether the file may be replaced.
 
@@ -145,6 +147,11 @@ def _(result: StiffnessMap, path: str | os.PathLike[str], *, overwrite: bool = F
 @save.register
 def _(result: Atlas, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     write_netcdf(atlas_dataset(result), path, overwrite=overwrite)
+
+
+@save.register
+def _(result: Accuracy, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    write_netcdf(accuracy_dataset(result), path, overwrite=overwrite)
 
 
 @save.register
