@@ -134,3 +134,25 @@ def cantilever() -> Toy:
 
     names = ("volume", "deflection")
     return Toy(kernel, [1.0] * 5 + [5.0] * 5, [5.0] * 5 + [65.0] * 5, names, ("stress", "slenderness"))
+
+
+def truss(most: float | None = None, areas: tuple[float, ...] | None = None) -> Toy:
+    """Two bars that share a load (as of J. Palli and others, 1999): volume, and the greater of two stresses.
+
+    Both bars are stressed alike in the best: y = 2, volume times stress = 400, areas x1 = 10 sqrt(20) / stress and
+    x2 = 40 sqrt(5) / stress.  With `most` the stress is a constraint instead.
+    """
+
+    def kernel(x: Any) -> Any:
+        first, second, y = x
+        long, short = jnp.sqrt(16 + y**2), jnp.sqrt(1 + y**2)
+        volume = first * long + second * short
+        stresses = 20 * long / (y * first), 80 * short / (y * second)
+        if most is None:
+            return (volume,), stresses
+        return (volume,), tuple(stress / most - 1 for stress in stresses)
+
+    ends, discrete = ([0.05, 0.05, 1.0], [3.0, 6.0, 3.0]), (areas, None, None)
+    if most is None:
+        return Toy(kernel, *ends, ("volume", "stress"), discrete=discrete)
+    return Toy(kernel, *ends, ("volume",), ("stress",), discrete)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -69,6 +69,10 @@ class Archive:
     """Designs (q, d) that miss constraints the least, and those constraints (q, k)."""
     seen: int = 0
     """Designs that were offered."""
+    polished: set[bytes] = field(default_factory=set)
+    """Designs, by their bytes, that slopes make no better; they stay as long as nothing dominates them."""
+    usual: Array | None = None
+    """(m,) how far objectives lie apart among the first feasible designs."""
     limit: int = LIMIT
 
     @classmethod
@@ -85,6 +89,11 @@ class Archive:
         """Designs on the front, and their values."""
         return self.designs[~self.is_dominated], self.values.at(~self.is_dominated)
 
+    @property
+    def is_polished(self) -> Array:
+        """(n,)"""
+        return np.array([design.tobytes() in self.polished for design in self.designs], bool)
+
     def add(self, designs: Array, values: Values) -> int:
         """Takes in what is feasible of designs (n, d); returns how many of them came onto the front."""
         self.seen += len(designs)
@@ -92,6 +101,8 @@ class Archive:
         if not before:
             self._keep_nearest(designs, values)
         designs, values = designs[fine], values.at(fine)
+        if self.usual is None and len(designs) > 1:
+            self.usual = np.median(values.objectives, axis=0) - values.objectives.min(axis=0)
         self.designs = np.concatenate([self.designs, designs])
         self.values = Values(*(np.concatenate(both) for both in zip(self.values, values, strict=True)))
         self.is_dominated = np.concatenate([self.is_dominated, np.zeros(len(designs), bool)])
@@ -116,6 +127,8 @@ class Archive:
         rank = ranks(self.values.objectives)[beside]
         _, first = np.unique(self.designs[beside], axis=0, return_index=True)
         beside = beside[np.intersect1d(first, np.flatnonzero(rank <= NEXT))]
-        kept = [group[spread(self.values.objectives[group], self.limit)] for group in (front, beside)]
-        index = np.sort(np.concatenate(kept))
+        stays = np.flatnonzero(self.is_polished[front])
+        front = front[spread(self.values.objectives[front], self.limit, list(stays))]
+        beside = beside[spread(self.values.objectives[beside], self.limit)]
+        index = np.sort(np.concatenate([front, beside]))
         self.designs, self.values, self.is_dominated = self.designs[index], self.values.at(index), self.is_dominated[index]

@@ -63,6 +63,17 @@ class Box:
                 made[:, i] = np.abs(designs[:, i, None] - np.array(values)).argmin(axis=1)
         return made
 
+    def beside(self, design: Array) -> list[Array]:
+        """Designs (d,) like one, but one discrete variable at the value below or above its own."""
+        made = []
+        for i, values in enumerate(self.discrete):
+            if values is not None:
+                ordered = sorted(values)
+                place = ordered.index(design[i])
+                for value in ordered[max(place - 1, 0) : place] + ordered[place + 1 : place + 2]:
+                    made.append(np.where(np.arange(len(design)) == i, value, design))
+        return made
+
     def moved(self, design: Array, genes: Array) -> Array:
         """Designs (n, d) like one (d,) with its free variables at genes (n, f)."""
         made = np.repeat(design[None], len(genes), axis=0)

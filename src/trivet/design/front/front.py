@@ -43,10 +43,11 @@ class Front:
     """(q,) of the alternatives: 1 where only points of the front dominate one, 2 where such alternatives do."""
 
 
-def told(problem: Problem, archive: Archive, polished: set[bytes], points: int) -> Front:
+def told(problem: Problem, archive: Archive, points: int) -> Front:
     """The front of an archive, with so many points at most: those that are polished, others where these leave gaps."""
-    designs, values = archive.best
-    is_polished = np.array([design.tobytes() in polished for design in designs], bool)
+    own = np.flatnonzero(~archive.is_dominated)
+    own = own[_distinct(problem, archive.designs[own], archive.values.at(own), archive.is_polished[own])]
+    designs, values, is_polished = archive.designs[own], archive.values.at(own), archive.is_polished[own]
     first = np.flatnonzero(is_polished)
     first = first[spread(values.objectives[first], points)]
     kept = spread(values.objectives, points, list(first), 1 / points if len(first) else 0.0)
@@ -58,6 +59,13 @@ def told(problem: Problem, archive: Archive, polished: set[bytes], points: int) 
         tuple(_active(problem, row) for row in values.constraints), tuple(_bounds(problem, design) for design in designs),
         beside, next_, rank,
     )  # fmt: skip
+
+
+def _distinct(problem: Problem, designs: Array, values: Values, is_polished: Array) -> Array:
+    """Which designs to keep where some are one but for rounding: those that are polished and meet constraints best."""
+    order = np.lexsort((np.max(values.constraints, axis=1, initial=0.0), ~is_polished))
+    _, first = np.unique(np.rint(Box.of(problem).genes(designs[order]) / HELD), axis=0, return_index=True)
+    return np.sort(order[first])
 
 
 def _beside(archive: Archive, points: int) -> tuple[Array, Values, Array]:

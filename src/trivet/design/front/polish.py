@@ -27,6 +27,8 @@ CLOSE = 0.3
 """Gaps this short, beside those of evenly spread points, stay."""
 SHORTER = 0.5
 """Gaps this much shorter than the longest wait for their turn."""
+THIN = 1e-6
+"""Extent of a front, as a part of what objectives usually differ by, below which it counts as none."""
 PARTS = np.array([[0.25], [0.5], [0.75]])
 """Where designs between two points are looked at, without polishing."""
 
@@ -72,10 +74,11 @@ class Polisher:
 
     @property
     def width(self) -> Array:
-        """(m,) the extent of the front; where it has none, the size of its objective."""
+        """(m,) the extent of the front; where it has none, that of the designs that were met first, or the objective's size."""
         _, (objectives, _) = self.archive.best
         extent, size = np.ptp(objectives, axis=0), np.abs(objectives).max(axis=0)
-        return np.where(extent > 1e-9 * size, extent, np.where(size > 0, size, 1.0))
+        usual = size if self.archive.usual is None else self.archive.usual
+        return np.where(extent > THIN * usual, extent, np.where(usual > 0, usual, np.where(size > 0, size, 1.0)))
 
     @property
     def is_late(self) -> bool:
@@ -100,6 +103,7 @@ class Polisher:
         if key in self.finished or np.max(point.both[self.many :], initial=0.0) > MET or not np.isfinite(point.both).all():
             return False
         self.finished[key] = point
+        self.archive.polished.add(key)
         if self.tell is not None:
             self.tell(Progress("polish", len(self.front), self.how.points, self.archive))
         return key in (one.design.tobytes() for one in self.front)
@@ -113,6 +117,8 @@ class Polisher:
     def pursued(self, start: Array, goal: Goal) -> Point:
         """The best design found from one (d,) for a goal, never worse than that one."""
         key = b"polished" + b"".join(np.ascontiguousarray(part, float).tobytes() for part in (start, *goal))
+        if not self.box.is_free.any():
+            return self._tried(start[None])[0]
         if key in self.asked.memo:
             return self._again(self.asked.memo[key])
         way: list[Array] = [start[None]]
@@ -165,17 +171,13 @@ class Polisher:
         return [Point(*one) for one in zip(designs, joined(values), strict=True)]
 
 
-def polished(asked: Asked, archive: Archive, how: Polishing, tell: Tell | None = None) -> set[bytes]:
-    """Makes the front of an archive better: its ends, its members, then between them until it has enough points.
-
-    Returns:
-        The bytes of the designs that were polished to the end.
-    """
+def polished(asked: Asked, archive: Archive, how: Polishing, tell: Tell | None = None) -> None:
+    """Makes the front of an archive better: its ends, its members, then between them until it has enough points, and other
+    discrete values."""
     polisher = Polisher(asked, archive, how, tell)
-    for stage in (_polish_ends, _polish_members, _fill_gaps):
+    for stage in (_polish_ends, _polish_members, _fill_gaps, _exchange):
         stage(polisher)
     archive.prune()
-    return set(polisher.finished)
 
 
 def _polish_ends(polisher: Polisher) -> None:
@@ -226,6 +228,22 @@ def _fill(polisher: Polisher, a: Point, b: Point, gap: Gap) -> None:
     for start in _between(polisher, a, b, gap):
         if polisher.finish(polisher.towards(start, gap.middle, gap.direction)):
             return
+
+
+def _exchange(polisher: Polisher) -> None:
+    """Each discrete variable of each point of the front to the values beside its own, all else polished anew, as long as better
+    points come of it."""
+    tried: set[bytes] = set()
+    before = -1
+    while before < len(tried):
+        before = len(tried)
+        for point in polisher.front:
+            for design in polisher.box.beside(point.design):
+                if polisher.is_late:
+                    return
+                if design.tobytes() not in tried:
+                    tried.add(design.tobytes())
+                    polisher.finish(polisher.towards(design, point.both[: polisher.many], polisher.width))
 
 
 def _between(polisher: Polisher, a: Point, b: Point, gap: Gap) -> list[Array]:

@@ -35,7 +35,7 @@ class Goal(NamedTuple):
     """What is much of each."""
 
     def attained(self, both: Array) -> tuple[Array, Array]:
-        """Of rows (n, m + k) of objectives and constraints: by how much bounds are missed but for rounding, and t, (n,) both."""
+        """Of rows (n, m + k) of objectives and constraints: by how much bounds are missed but for rounding, and t; (n,)."""
         bound = np.isfinite(self.reference) & (self.direction == 0)
         aimed = self.direction > 0
         missed = np.max((both[:, bound] - self.reference[bound]) / self.scale[bound], axis=1, initial=0.0)
@@ -129,7 +129,8 @@ class Program:
         found = np.where(np.isfinite(self.goal.reference), self.goal.reference, 0.0)
         has_rows = np.isin(np.arange(len(found)), self._owner)
         found[has_rows] = -np.inf
-        np.maximum.at(found, self._owner, self._rows(genes))
+        with np.errstate(invalid="ignore"):  # rows without value
+            np.maximum.at(found, self._owner, self._rows(genes))
         return found
 
     def _rows(self, genes: Array) -> Array:

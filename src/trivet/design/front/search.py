@@ -30,4 +30,5 @@ def searched(
     archive = evolved(asked, evolution, start, tell)
     if not len(archive):
         met(Polisher(asked, archive, polishing))
-    return told(problem, archive, polished(asked, archive, polishing, tell), polishing.points)
+    polished(asked, archive, polishing, tell)
+    return told(problem, archive, polishing.points)
