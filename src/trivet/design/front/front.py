@@ -45,20 +45,24 @@ class Front:
 
 def told(problem: Problem, archive: Archive, points: int) -> Front:
     """The front of an archive, with so many points at most: those that are polished, others where these leave gaps."""
-    own = np.flatnonzero(~archive.is_dominated)
-    own = own[_distinct(problem, archive.designs[own], archive.values.at(own), archive.is_polished[own])]
-    designs, values, is_polished = archive.designs[own], archive.values.at(own), archive.is_polished[own]
-    first = np.flatnonzero(is_polished)
-    first = first[spread(values.objectives[first], points)]
-    kept = spread(values.objectives, points, list(first), 1 / points if len(first) else 0.0)
-    kept = kept[np.lexsort(values.objectives[kept].T[::-1])]
-    designs, values, is_polished = designs[kept], values.at(kept), is_polished[kept]
+    index = chosen(problem, archive, points)
+    designs, values = archive.designs[index], archive.values.at(index)
     beside, next_, rank = _beside(archive, points)
     return Front(
-        designs, values, is_polished,
+        designs, values, archive.is_polished[index],
         tuple(_active(problem, row) for row in values.constraints), tuple(_bounds(problem, design) for design in designs),
         beside, next_, rank,
     )  # fmt: skip
+
+
+def chosen(problem: Problem, archive: Archive, points: int) -> Array:
+    """Which of an archive's designs are told, by their first objective."""
+    own = np.flatnonzero(~archive.is_dominated)
+    own = own[_distinct(problem, archive.designs[own], archive.values.at(own), archive.is_polished[own])]
+    objectives, first = archive.values.objectives[own], np.flatnonzero(archive.is_polished[own])
+    first = first[spread(objectives[first], points)]
+    kept = spread(objectives, points, list(first), 1 / points if len(first) else 0.0)
+    return own[kept[np.lexsort(objectives[kept].T[::-1])]]
 
 
 def _distinct(problem: Problem, designs: Array, values: Values, is_polished: Array) -> Array:

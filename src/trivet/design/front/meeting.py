@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from trivet.design.front.polish import Polisher
+from trivet.design.front.polisher import Polisher
 from trivet.design.front.program import meeting
 from trivet.errors import NoResultError
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from trivet.design.front.evolution import Evolution, Tell, evolved
 from trivet.design.front.front import Front, told
 from trivet.design.front.meeting import met
-from trivet.design.front.polish import Polisher, Polishing, polished
+from trivet.design.front.polish import polished
+from trivet.design.front.polisher import Polisher, Polishing
 from trivet.design.front.problem import Array, Asked, Memo, Problem
 
 

@@ -1,0 +1,170 @@
+"""Designs moved towards goals by slopes, models made anew at each place."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from trivet.design.front.archive import Archive, is_best
+from trivet.design.front.box import Box
+from trivet.design.front.evolution import Progress, Tell
+from trivet.design.front.problem import MET, Array, Asked
+from trivet.design.front.program import Goal, Program, gain, improving, joined
+
+STEPS = 60
+"""Of sequential quadratic programming on one model, at most."""
+ROUNDS = 12
+"""Models in turn, at most."""
+NARROW = 0.25
+"""The radius next time, as a part of one that led to nothing better."""
+BACK = (1.0, 0.5, 0.1, 0.01)
+"""Parts of the way to what the model promises, tried together."""
+THIN = 1e-6
+"""Extent of a front, as a part of what objectives usually differ by, below which it counts as none."""
+
+
+@dataclass(frozen=True)
+class Polishing:
+    """How long and how fine."""
+
+    points: int = 60
+    """On the front, at least where it has so many."""
+    seconds: float = float("inf")
+    precision: float = 1e-12
+    """The gain, as a part of the front's extent, at which a point is done."""
+    radius: float = 0.5
+    """How far variables may go on one model, as a part of their range."""
+
+
+class Point(NamedTuple):
+    """A design (d,) and its objectives and constraints (m + k,)."""
+
+    design: Array
+    both: Array
+
+
+@dataclass
+class Polisher:
+    """Moves designs towards goals; all that is met on the way goes into the archive."""
+
+    asked: Asked
+    archive: Archive
+    how: Polishing
+    tell: Tell | None = None
+    few: Asked = field(init=False)
+    """The same, for a few designs at a time."""
+    box: Box = field(init=False)
+    ends: float = field(init=False)
+    finished: dict[bytes, Point] = field(default_factory=dict, init=False)
+
+    def __post_init__(self) -> None:
+        self.few = replace(self.asked, batch=len(BACK))
+        self.box = Box.of(self.asked.problem)
+        self.ends = time.monotonic() + self.how.seconds
+
+    @property
+    def width(self) -> Array:
+        """(m,) the extent of the front; where it has none, that of the designs that were met first, or the objective's size."""
+        _, (objectives, _) = self.archive.best
+        extent, size = np.ptp(objectives, axis=0), np.abs(objectives).max(axis=0)
+        usual = size if self.archive.usual is None else self.archive.usual
+        return np.where(extent > THIN * usual, extent, np.where(usual > 0, usual, np.where(size > 0, size, 1.0)))
+
+    @property
+    def is_late(self) -> bool:
+        """Whether time is up."""
+        return time.monotonic() >= self.ends
+
+    @property
+    def many(self) -> int:
+        """Objectives."""
+        return len(self.asked.problem.objectives)
+
+    @property
+    def front(self) -> list[Point]:
+        """What was polished to the end and nothing dominates."""
+        points = list(self.finished.values())
+        best = is_best(np.array([point.both[: self.many] for point in points]).reshape(len(points), self.many))
+        return [point for point, is_on in zip(points, best, strict=True) if is_on]
+
+    def finish(self, point: Point) -> bool:
+        """Keeps what was polished to the end; returns whether it is new on the front."""
+        key = point.design.tobytes()
+        is_met = np.isfinite(point.both).all() and np.max(point.both[self.many :], initial=0.0) <= MET
+        if self.is_late or key in self.finished or not is_met:
+            return False
+        self.finished[key] = point
+        self.archive.polished.add(key)
+        if self.tell is not None:
+            self.tell(Progress("polish", len(self.front), self.how.points, self.archive))
+        return key in (one.design.tobytes() for one in self.front)
+
+    def towards(self, start: Array, reference: Array, direction: Array) -> Point:
+        """The best design found from one (d,) for the least t with objectives <= reference + t direction, (m,) both; never
+        worse than that one."""
+        goal = improving(reference, direction, self.width, len(self.asked.problem.constraints))
+        return self.pursued(start, goal)
+
+    def improve(self, start: Array, objectives: Array) -> None:
+        """Polishes a design (d,) towards less of all objectives (m,), while there is time."""
+        if not self.is_late:
+            self.finish(self.towards(start, objectives, self.width))
+
+    def pursued(self, start: Array, goal: Goal) -> Point:
+        """The best design found from one (d,) for a goal, never worse than that one."""
+        key = b"polished" + b"".join(np.ascontiguousarray(part, float).tobytes() for part in (start, *goal))
+        if not self.box.is_free.any():
+            return self._tried(start[None])[0]
+        if key in self.asked.memo:
+            return self._again(self.asked.memo[key])
+        way: list[Array] = [start[None]]
+        point, radius = self._tried(way[0])[0], self.how.radius
+        for _ in range(ROUNDS):
+            better, promised, tried = self._once(point, goal, radius)
+            way.append(tried)
+            if abs(promised) < self.how.precision:
+                break
+            if better is None:  # the model is true too near only, or quadratic programming lost its way
+                radius *= NARROW
+                continue
+            gained, point = gain(goal, point.both, better.both), better
+            if gained < self.how.precision or self.is_late:
+                break
+        if not self.is_late:
+            self.asked.memo.update({key: np.concatenate([*way, point.design[None]])})
+        return point
+
+    def _again(self, way: Array) -> Point:
+        """What was tried on a way that is known, in the same order, so that the archive becomes the same; its end."""
+        self._tried(way[:1])
+        for first in range(1, len(way) - 1, len(BACK)):
+            self._tried(way[first : first + len(BACK)])
+        return self._tried(way[-1:])[0]
+
+    def _once(self, point: Point, goal: Goal, radius: float) -> tuple[Point | None, float, Array]:
+        """What a model of a design leads to, if it is better, what it promised to gain, and the designs that were tried."""
+        first = self.box.genes(point.design[None])[0][self.box.is_free]
+        program = Program(self.asked.problem.model(point.design), self.box, point.design, goal, radius)
+        found, promised = program.solved(STEPS, self.how.precision)
+        designs = self.box.moved(point.design, first + np.array(BACK)[:, None] * (found - first))
+        tried = self._tried(designs)
+        missed, t = goal.attained(np.array([point.both, *(one.both for one in tried)]))
+        best = int(np.lexsort((t, missed))[0])
+        return (None if best == 0 else tried[best - 1]), promised, designs
+
+    def is_alike(self, a: Point, b: Point) -> bool:
+        """Whether two have the same discrete values."""
+        return np.array_equal(a.design[self.box.is_discrete], b.design[self.box.is_discrete])
+
+    def look(self, designs: list[Array]) -> None:
+        """Takes designs (d,) into the archive as they are."""
+        if designs:
+            self.archive.add(np.array(designs), self.asked(np.array(designs)))
+
+    def _tried(self, designs: Array) -> list[Point]:
+        values = self.few(designs)
+        self.archive.add(designs, values)
+        return [Point(*one) for one in zip(designs, joined(values), strict=True)]
