@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import os
 import signal
+import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from multiprocessing import resource_tracker
 from typing import Any
 
 import dask
-from distributed import Client, Nanny, Scheduler, SpecCluster, Worker
+from distributed import Client, Nanny, Scheduler, Security, SpecCluster, Worker, rpc
 
 from trivet.design.engine.quiet import SILENT
 from trivet.errors import InputError
@@ -45,8 +47,7 @@ class OwnWorker(Worker):
         return await super().close(timeout, executor_wait and self.waits, **other)
 
 
-@contextmanager
-def connected(workers: int, scheduler: str | None) -> Iterator[Client]:
+def connected(workers: int, scheduler: str | None) -> AbstractContextManager[Client]:
     """A client of a cluster that ends with the block, or of one that was there before.
 
     Args:
@@ -56,22 +57,42 @@ def connected(workers: int, scheduler: str | None) -> Iterator[Client]:
     Raises:
         InputError: when no scheduler answers at the address.
     """
-    if scheduler is not None:
-        client = _client(scheduler)
-        try:
-            yield client
-        finally:
-            with contextlib.suppress(OSError, TimeoutError):
-                client.close(timeout=LEAVING)
-        return
-    environment = dask.config.get("distributed.nanny.pre-spawn-environ") | SILENT
+    return _own(workers) if scheduler is None else _found(scheduler)
+
+
+@contextmanager
+def _found(address: str) -> Iterator[Client]:
+    try:
+        # First without a client, which would wait for ever where something else listens and does not answer.
+        kind = asyncio.run(_kind(address))
+        client = Client(address, timeout=ANSWER, set_as_default=False) if kind == "Scheduler" else None
+    except Exception as error:  # of any kind: something else may answer there
+        said = str(error) or f"not within {ANSWER:.0f} s"
+        raise InputError(f"{address}: no scheduler answers there ({said}); start one (dask scheduler)") from None
+    if client is None:
+        raise InputError(f"{address}: is the address of a {kind} of dask; that of a scheduler was expected")
+    try:
+        yield client
+    finally:
+        _leave(client, None, waits=False)
+
+
+async def _kind(address: str) -> str:
+    """What answers at an address."""
+    arguments = Security().get_connection_args("client")
+    async with asyncio.timeout(ANSWER), rpc(address, connection_args=arguments, timeout=ANSWER) as other:
+        return str((await other.identity())["type"])
+
+
+@contextmanager
+def _own(workers: int) -> Iterator[Client]:
     own = {
         "distributed.worker.profile.enabled": False,
-        "distributed.nanny.pre-spawn-environ": environment,
-        "distributed.comm.retry.count": 0,
+        "distributed.nanny.pre-spawn-environ": dask.config.get("distributed.nanny.pre-spawn-environ") | SILENT,
     }
     with borrowed_folder() as folder, dask.config.set(own | {"temporary-directory": str(folder)}):
-        cluster = client = None
+        cluster: SpecCluster | None = None
+        client: Client | None = None
         is_interrupted = True
         try:
             with _undisturbed():
@@ -84,16 +105,6 @@ def connected(workers: int, scheduler: str | None) -> Iterator[Client]:
             raise
         finally:
             _leave(client, cluster, waits=not is_interrupted)
-
-
-def _client(address: str) -> Client:
-    try:
-        return Client(address, timeout=ANSWER, set_as_default=False)
-    except (OSError, TimeoutError, ValueError, TypeError, RuntimeError) as error:
-        said = str(error) or type(error).__name__
-        raise InputError(
-            f"{address}: no scheduler answers there ({said}); start one (dask scheduler) or leave it out"
-        ) from None
 
 
 def _embedded() -> SpecCluster:
@@ -121,11 +132,18 @@ def _undisturbed() -> Iterator[None]:
 
     It is for this process to say what it means.  It is told when the block ends.
     """
+    came: list[int] = []
+    is_main = threading.current_thread() is threading.main_thread()
+    before = signal.signal(signal.SIGINT, lambda number, _: came.append(number)) if is_main else None
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        if is_main:
+            signal.signal(signal.SIGINT, before)
+        if came:
+            signal.raise_signal(came[0])
 
 
 def _quiet_helper() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import warnings
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 
 LOGGERS = ("distributed", "tornado", "asyncio", "bokeh")
 SILENT = {"DASK_LOGGING__DISTRIBUTED": "critical"}
@@ -14,17 +14,18 @@ SILENT = {"DASK_LOGGING__DISTRIBUTED": "critical"}
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """No messages and no warnings of distributed while the block runs."""
+    """No messages and no warnings of distributed while the block runs; nor after an error, of which threads may tell later."""
     import distributed
     from distributed.versions import VersionMismatchWarning
 
     del distributed  # its loggers are set up when it is imported
-    with ExitStack() as stack:
-        stack.enter_context(warnings.catch_warnings())
+    known = list(logging.root.manager.loggerDict)
+    loggers = [logging.getLogger(name) for name in known if name.split(".")[0] in LOGGERS]
+    before = [(logger.handlers, logger.propagate) for logger in loggers]
+    for logger in loggers:
+        logger.handlers, logger.propagate = [logging.NullHandler()], False
+    with warnings.catch_warnings():
         warnings.simplefilter("ignore", VersionMismatchWarning)
-        for name in LOGGERS:
-            logger = logging.getLogger(name)
-            stack.callback(setattr, logger, "handlers", logger.handlers)
-            stack.callback(setattr, logger, "propagate", logger.propagate)
-            logger.handlers, logger.propagate = [logging.NullHandler()], False
         yield
+    for logger, (handlers, propagate) in zip(loggers, before, strict=True):
+        logger.handlers, logger.propagate = handlers, propagate

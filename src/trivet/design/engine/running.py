@@ -120,9 +120,8 @@ class _Run:
 
     def _send(self, k: int) -> None:
         future = self.client.submit(
-            worked, self.task, self.store.layout.fingerprint, self.versions, k,
-            key=f"trivet-{self.name}-{k}", pure=False, retries=TRIES - 1,
-        )  # fmt: skip
+            worked, self.task, self.versions, k, key=f"trivet-{self.name}-{k}", pure=False, retries=TRIES - 1
+        )
         self.flying[future.key] = k, future
         future.add_done_callback(self.came.put)
 
@@ -192,13 +191,14 @@ class _Run:
     @contextmanager
     def _listening(self) -> Iterator[None]:
         """Losing the scheduler, as one line."""
-        from asyncio import CancelledError
+        import asyncio
+        from concurrent.futures import CancelledError
 
         from distributed.client import ClosedClientError
 
         try:
             yield
-        except (CancelledError, ClosedClientError, TimeoutError, OSError) as error:
+        except (CancelledError, asyncio.CancelledError, ClosedClientError, TimeoutError, OSError) as error:
             if isinstance(error, TrivetError):
                 raise
             raise NoResultError(f"{self.address}: was lost; {self._so_far()}") from None

@@ -16,13 +16,13 @@ Work = Callable[[int], Chunk]
 PACKAGES = ("trivet", "numpy", "scipy", "jax", "jaxlib", "distributed")
 """Of which all machines must have the same version: numbers depend on all but the last."""
 
-_prepared: dict[str, Work] = {}
-"""The work of the study that this process is at."""
+_prepared: list[tuple[Task, Work]] = []
+"""The study that this process is at, none or one."""
 _preparing = threading.Lock()
 
 
 class Task(Protocol):
-    """A study as it is sent to workers: small, and of a class that they can import."""
+    """A study as it is sent to workers: small, of a class that they can import, and equal to its copies."""
 
     def prepared(self) -> Work:
         """What works out a chunk by its number; made once in each process."""
@@ -51,7 +51,7 @@ def versions() -> dict[str, str]:
     return found
 
 
-def worked(task: Task, fingerprint: str, expected: Mapping[str, str], k: int) -> Found:
+def worked(task: Task, expected: Mapping[str, str], k: int) -> Found:
     """Work out a chunk, in whichever process this is.
 
     Raises:
@@ -61,12 +61,10 @@ def worked(task: Task, fingerprint: str, expected: Mapping[str, str], k: int) ->
     if difference:
         raise OtherVersionsError(f"the worker on {platform.node()} {difference}")
     with _preparing:
-        is_first = fingerprint not in _prepared
+        is_first = not _prepared or _prepared[0][0] != task
         if is_first:
-            work = task.prepared()
-            _prepared.clear()
-            _prepared[fingerprint] = work
-        work = _prepared[fingerprint]
+            _prepared[:] = [(task, task.prepared())]
+        work = _prepared[0][1]
     return Found(work(k), is_first)
 
 
