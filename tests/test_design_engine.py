@@ -138,6 +138,15 @@ def test_a_chunk_whose_worker_is_killed_is_given_to_another(tmp_path: Path, whol
     assert files(tmp_path / "s") == whole
 
 
+def test_a_chunk_that_kills_its_workers_is_told_and_no_other_is_blamed(tmp_path: Path) -> None:
+    import dask as settings
+
+    with settings.config.set({"distributed.scheduler.allowed-failures": 0}):
+        outcome = worked(tmp_path / "s", Cheap(OWN, kills=(3,)), workers=1)
+    assert outcome.done == 11
+    assert [str(failure) for failure in outcome.failures] == ["designs 150 to 199: its worker process died (attempts: 1)"]
+
+
 def test_a_damaged_store_is_mended(tmp_path: Path, whole: dict[str, bytes]) -> None:
     path = tmp_path / "s"
     worked(path)
@@ -156,8 +165,8 @@ def test_chunks_that_fail_are_told_and_tried_again(tmp_path: Path, whole: dict[s
     outcome = worked(tmp_path / "s", task, progress=lambda done, total, remaining: told.append((done, total)))
     assert outcome[:2] == (10, 12)
     assert [str(failure) for failure in outcome.failures] == [
-        "designs 100 to 149: ArithmeticError: chunk 2 will not do (tried 3 times)",
-        "designs 550 to 583: ArithmeticError: chunk 11 will not do (tried 3 times)",
+        "designs 100 to 149: ArithmeticError: chunk 2 will not do (attempts: 3)",
+        "designs 550 to 583: ArithmeticError: chunk 11 will not do (attempts: 3)",
     ]
     assert len(told) == 13
     assert told[-1] == (10, 12)

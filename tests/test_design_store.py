@@ -101,6 +101,39 @@ def test_nothing_shows_how_it_came_to_be(tmp_path: Path) -> None:
     assert files(path) == once
 
 
+class DeathError(BaseException):
+    """Nothing is cleared away after it."""
+
+
+def test_a_death_at_any_step_is_gone_on_from(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    layout = replace(LAYOUT, count=8)
+    whole = files(made(tmp_path / "whole", layout))
+    own, step = os.replace, 0
+    for death in range(1, 100):
+        root, step = tmp_path / str(death), 0
+
+        def dying(source: Path, target: Path, death: int = death) -> None:
+            nonlocal step
+            step += 1
+            if step == death:
+                (Path(target).parent / ".half.0a1b.part").write_bytes(b"half of it")
+                raise DeathError
+            own(source, target)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(os, "replace", dying)
+            try:
+                made(root, layout)
+                break
+            except DeathError:
+                pass
+        with open_store(root, layout) as store:
+            assert not store.faults()
+            fill(store)
+        assert files(root) == whole
+    assert death > len(layout.columns) * 3
+
+
 def test_names_become_folders_whatever_they_are() -> None:
     names = ["a/b", "a_b", "a b", "..", "", "__x", "status", "digest", "zeile\n", "ä" * 200]
     arrays = Layout(tuple(Column(name, "", "") for name in names), 1, 1, {}).arrays
@@ -317,7 +350,7 @@ def test_failures_are_told_and_survive_damage(tmp_path: Path) -> None:
     with open_store(tmp_path / "s", LAYOUT) as store:
         store.fail(4, "other reason", 3)
         assert [str(failure) for failure in store.failures] == [
-            "designs 5 to 9: no reason (tried 3 times)", "designs 20 to 22: other reason (tried 6 times)",
+            "designs 5 to 9: no reason (attempts: 3)", "designs 20 to 22: other reason (attempts: 6)",
         ]  # fmt: skip
     (tmp_path / "s" / "status" / "failures.json").write_text("[[1")
     with open_store(tmp_path / "s", LAYOUT) as store:

@@ -16,7 +16,7 @@ import dask
 from distributed import Client, Nanny, Scheduler, Security, SpecCluster, Worker, rpc
 
 from trivet.design.engine.quiet import SILENT
-from trivet.errors import InputError
+from trivet.errors import InputError, NoResultError
 from trivet.files import borrowed_folder
 
 ANSWER = 10.0
@@ -96,7 +96,7 @@ def _own(workers: int) -> Iterator[Client]:
         is_interrupted = True
         try:
             with _undisturbed():
-                cluster = _processes(workers) if workers else _embedded()
+                cluster = _started(workers)
             client = Client(cluster, set_as_default=False)
             yield client
             is_interrupted = False
@@ -105,6 +105,14 @@ def _own(workers: int) -> Iterator[Client]:
             raise
         finally:
             _leave(client, cluster, waits=not is_interrupted)
+
+
+def _started(workers: int) -> SpecCluster:
+    try:
+        return _processes(workers) if workers else _embedded()
+    except (RuntimeError, OSError) as error:
+        cause = str(error.__cause__ or error)
+        raise NoResultError(f"workers: {workers}; they could not be started ({cause}); nothing is lost, try again") from None
 
 
 def _embedded() -> SpecCluster:

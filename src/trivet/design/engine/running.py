@@ -92,18 +92,19 @@ class _Run:
         self.pace, self.came = Pace(), SimpleQueue[Any]()
         self.flying: dict[Any, tuple[int, Future[Any]]] = {}
         """Chunks in flight, with their futures, by the keys of these."""
+        self.rest, self.suspects, self.alone = self._chunks(), list[int](), set[int]()
+        """Chunks that are to come, those whose worker died, and those of them that were then tried with no other beside."""
         self.failed = 0
         self.threads, self.looked, self.seen = 0, -float("inf"), monotonic()
 
     def go(self) -> None:
         """Until all chunks are done or have failed."""
         self._check_versions()
-        rest = self._chunks()
         self._tell()
         while True:
             self._look()
             with self._listening():
-                while len(self.flying) < AHEAD * self.threads and (k := next(rest, None)) is not None:
+                while len(self.flying) < AHEAD * self.threads and (k := self._next()) is not None:
                     self._send(k)
             if not self.flying and self.threads:
                 return
@@ -118,15 +119,25 @@ class _Run:
         yield from (k for k in self.store.undone() if k not in failed)
         yield from sorted(failed)
 
+    def _next(self) -> int | None:
+        """Which chunk to send.  When a worker dies, dask suspects all that it was sent: these are tried again one by one."""
+        k = next(self.rest, None)
+        if k is None and self.suspects and not self.flying:
+            k = self.suspects.pop()
+            self.alone.add(k)
+        return k
+
     def _send(self, k: int) -> None:
         future = self.client.submit(
-            worked, self.task, self.versions, k, key=f"trivet-{self.name}-{k}", pure=False, retries=TRIES - 1
+            worked, self.task, self.versions, k, key=f"trivet-{self.name}-{k}-{k in self.alone}", pure=False, retries=TRIES - 1
         )
         self.flying[future.key] = k, future
         future.add_done_callback(self.came.put)
 
     def _take(self, future: Future[Any]) -> None:
         """Write what has come in, or why it has not."""
+        from distributed import KilledWorker
+
         k, _ = self.flying.pop(future.key)
         with self._listening():
             error = future.exception() if future.status == "error" else None
@@ -137,13 +148,15 @@ class _Run:
             self.pace.note(found.is_first)
         elif isinstance(error, OtherVersionsError):
             raise InputError(f"{self.address}: {error}")
+        elif isinstance(error, KilledWorker) and k not in self.alone:
+            self.suspects.append(k)
         else:
             self._fail(k, error)
         self._tell()
 
     def _fail(self, k: int, error: BaseException | None) -> None:
         self.failed += 1
-        failure = self.store.fail(k, _reason(error), TRIES)
+        failure = self.store.fail(k, *_reason(error))
         if self.failed >= MOST_FAILURES:
             raise NoResultError(f"{self.failed} chunks have failed, the last one {failure}; {self._so_far()}")
 
@@ -208,11 +221,11 @@ class _Run:
         return f"{done} of {total} chunks are done, and the same command goes on from there"
 
 
-def _reason(error: BaseException | None) -> str:
-    """Why a chunk failed, in one line."""
+def _reason(error: BaseException | None) -> tuple[str, int]:
+    """Why a chunk failed, in one line, and how often it was tried."""
     from distributed import KilledWorker
 
     if isinstance(error, KilledWorker):
-        return f"its worker process died, {error.allowed_failures + 1} times"
+        return "its worker process died", error.allowed_failures + 1
     text = one_line(str(error).strip().split("\n", 1)[0], 300)
-    return text if isinstance(error, TrivetError) else f"{type(error).__name__}: {text}"
+    return (text if isinstance(error, TrivetError) else f"{type(error).__name__}: {text}"), TRIES

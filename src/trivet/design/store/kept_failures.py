@@ -25,7 +25,7 @@ class Failure(NamedTuple):
     reason: str
 
     def __str__(self) -> str:
-        return f"designs {self.designs[0]} to {self.designs[1]}: {self.reason} (tried {self.attempts} times)"
+        return f"designs {self.designs[0]} to {self.designs[1]}: {self.reason} (attempts: {self.attempts})"
 
 
 def failures_in(root: Path) -> dict[int, Failure] | None:
