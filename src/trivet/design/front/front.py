@@ -7,13 +7,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trivet.design.front.archive import Archive, ranks, spread
+from trivet.design.front.archive import Archive, is_best, ranks, spread
 from trivet.design.front.box import Box
 from trivet.design.front.problem import Array, Problem, Values
 
 HELD = 1e-6
 """A constraint is active where it is at most this far from zero, a bound where a variable is as near to it, as a part of its
 range."""
+
+ALIKE = 1e-9
+"""Parts of the front's extent that are no difference between objectives."""
 
 
 class Bound(NamedTuple):
@@ -66,10 +69,13 @@ def chosen(problem: Problem, archive: Archive, points: int) -> Array:
 
 
 def _distinct(problem: Problem, designs: Array, values: Values, is_polished: Array) -> Array:
-    """Which designs to keep where some are one but for rounding: those that are polished and meet constraints best."""
+    """Which designs to keep where some are one but for rounding, or better than another by no more: those that are polished and
+    meet constraints best."""
     order = np.lexsort((np.max(values.constraints, axis=1, initial=0.0), ~is_polished))
     _, first = np.unique(np.rint(Box.of(problem).genes(designs[order]) / HELD), axis=0, return_index=True)
-    return np.sort(order[first])
+    order = order[np.sort(first)]
+    width = np.ptp(values.objectives[order], axis=0)
+    return order[is_best(np.rint(values.objectives[order] / (ALIKE * np.where(width > 0, width, 1.0))))]
 
 
 def _beside(archive: Archive, points: int) -> tuple[Array, Values, Array]:

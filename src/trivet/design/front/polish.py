@@ -34,11 +34,13 @@ def _polish_ends(polisher: Polisher) -> None:
         if polisher.is_late:
             return
         designs, values = polisher.archive.best
-        own = np.eye(polisher.many)[i] * polisher.width
+        width, own = polisher.width, np.eye(polisher.many)[i]
         reference = np.where(own > 0, values.objectives[:, i].min(), np.inf)
-        end = polisher.towards(designs[values.objectives[:, i].argmin()], reference, own)
+        end = polisher.towards(designs[values.objectives[:, i].argmin()], reference, own * width)
         if polisher.many > 1:
-            end = polisher.towards(end.design, end.both[: polisher.many], polisher.width - own)
+            # A little above its least: at that itself, slopes are zero and say nothing of where it may go.
+            held = end.both[: polisher.many] + polisher.how.precision * own * width
+            end = polisher.towards(end.design, held, (1 - own) * width)
         polisher.finish(end)
 
 
