@@ -11,7 +11,20 @@ from pathlib import Path
 # Peers solve small systems: threads inside LAPACK cost them more than they bring.  To be set before NumPy is imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from benchmarks import accelerator, atlas, dynamics, kernels, kinematics, modal_fit, page, plan, processes, reach, vibration
+from benchmarks import (
+    accelerator,
+    atlas,
+    designs,
+    dynamics,
+    kernels,
+    kinematics,
+    modal_fit,
+    page,
+    plan,
+    processes,
+    reach,
+    vibration,
+)
 
 GROUPS = {
     "map": kernels.best_roll_map,
@@ -30,6 +43,7 @@ GROUPS = {
     "tilt": reach.tilt_analysis,
     "plan": plan.roll_plan,
     "modal-fit": modal_fit.modal_fit,
+    "designs": designs.sweep_of_designs,
     "page": page.input_to_scene,
     "accelerator": accelerator.against_the_processor,
 }

@@ -33,11 +33,11 @@ def arguments(machine: Machine, surface: Surface, rolls: int) -> tuple[Any, ...]
     )  # fmt: skip
 
 
-def make(clamped: bool) -> Callable[..., Any]:
-    """The loop, with ball joints clamped or free; gives the best K_xx per point, or -1."""
+def make(clamped: bool, parallel: bool = True) -> Callable[..., Any]:
+    """The loop, with ball joints clamped or free, over all cores or on one; gives the best K_xx per point, or -1."""
     # ruff: noqa: E501
 
-    @numba.njit(parallel=True, fastmath=True, error_model="numpy")
+    @numba.njit(parallel=parallel, fastmath=True, error_model="numpy")
     def best(
         x,
         y,
