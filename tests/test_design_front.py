@@ -10,6 +10,7 @@ from toy_designs import Toy, binh_korn, osy, truss, zdt1, zdt3
 from trivet.design.front.archive import Archive, is_best, ranks, spread
 from trivet.design.front.box import Box
 from trivet.design.front.evolution import Evolution, evolved
+from trivet.design.front.front import told as told_of
 from trivet.design.front.gaps import gaps
 from trivet.design.front.polisher import Polishing
 from trivet.design.front.problem import Asked, Values
@@ -251,12 +252,19 @@ def test_a_front_tells_what_holds_its_points_and_what_comes_next():
             [("x2", False)] if design[1] < 1e-6 else [("x2", True)] if design[1] > 3 - 1e-6 else []
         )
     assert set().union(*told.active) <= {"inside"}
-    # Alternatives: each dominated, those of the second rank by the front alone.
-    ahead = np.concatenate([objectives, told.alternative_values.objectives])
-    assert np.all(np.diff(told.ranks) >= 0)
-    assert set(told.ranks) <= {1, 2}
-    assert told.alternative_values.is_feasible.all()
-    assert dominates(ahead, told.alternative_values.objectives[told.ranks == 2]).any(axis=0).all()
+    assert np.abs(told.alternatives[:, None] - told.designs).max(axis=2).min() > 1e-7  # none is a point once more
+
+
+def test_alternatives_are_dominated_and_ranked_by_what_dominates_them():
+    archive = evolved(Asked(binh_korn()), few(300))
+    front, beside = told_of(binh_korn(), archive, 16), archive.values.objectives[archive.is_dominated]
+    found = front.alternative_values
+    assert len(front.alternatives) == 16
+    assert found.is_feasible.all()
+    assert dominates(archive.best[1].objectives, found.objectives).any(axis=0).all()
+    assert np.array_equal(front.ranks, 1 + dominates(beside, found.objectives).any(axis=0))
+    assert np.all(np.diff(front.ranks) >= 0)
+    assert set(front.ranks) == {1, 2}
 
 
 def test_progress_is_told_of_both_stages_and_never_goes_back():

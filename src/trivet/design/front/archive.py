@@ -94,12 +94,12 @@ class Archive:
         """(n,)"""
         return np.array([design.tobytes() in self.polished for design in self.designs], bool)
 
-    def add(self, designs: Array, values: Values) -> int:
-        """Takes in what is feasible of designs (n, d); returns how many of them came onto the front."""
+    def add(self, designs: Array, values: Values) -> None:
+        """Takes in what is feasible of designs (n, d)."""
         self.seen += len(designs)
-        fine, before = values.is_feasible, len(self)
-        if not before:
+        if not len(self):
             self._keep_nearest(designs, values)
+        fine = values.is_feasible
         designs, values = designs[fine], values.at(fine)
         if self.usual is None and len(designs) > 1:
             self.usual = np.median(values.objectives, axis=0) - values.objectives.min(axis=0)
@@ -108,10 +108,8 @@ class Archive:
         self.is_dominated = np.concatenate([self.is_dominated, np.zeros(len(designs), bool)])
         open_ = np.flatnonzero(~self.is_dominated)
         self.is_dominated[open_] = ~is_best(self.values.objectives[open_])
-        came = int(np.count_nonzero(~self.is_dominated[before:]))
         if len(self) > 4 * self.limit:
             self.prune()
-        return came
 
     def _keep_nearest(self, designs: Array, values: Values) -> None:
         """Of those which miss constraints."""

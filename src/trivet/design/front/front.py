@@ -50,7 +50,7 @@ def told(problem: Problem, archive: Archive, points: int) -> Front:
     """The front of an archive, with so many points at most: those that are polished, others where these leave gaps."""
     index = chosen(problem, archive, points)
     designs, values = archive.designs[index], archive.values.at(index)
-    beside, next_, rank = _beside(archive, points)
+    beside, next_, rank = _beside(problem, archive, designs, points)
     return Front(
         designs, values, archive.is_polished[index],
         tuple(_active(problem, row) for row in values.constraints), tuple(_bounds(problem, design) for design in designs),
@@ -78,9 +78,12 @@ def _distinct(problem: Problem, designs: Array, values: Values, is_polished: Arr
     return order[is_best(np.rint(values.objectives[order] / (ALIKE * np.where(width > 0, width, 1.0))))]
 
 
-def _beside(archive: Archive, points: int) -> tuple[Array, Values, Array]:
+def _beside(problem: Problem, archive: Archive, front: Array, points: int) -> tuple[Array, Values, Array]:
     """Alternatives, their values and ranks."""
     index = np.flatnonzero(archive.is_dominated)
+    genes = np.rint(Box.of(problem).genes(np.concatenate([front, archive.designs[index]])) / HELD)
+    _, first = np.unique(genes, axis=0, return_index=True)
+    index = index[np.sort(first[first >= len(front)]) - len(front)]
     rank = np.maximum(ranks(archive.values.objectives)[index], 1)
     objectives = archive.values.objectives[index]
     kept = spread(objectives, points)

@@ -71,9 +71,7 @@ def _fill_gaps(polisher: Polisher) -> None:
         pairs = [pair for pair in pairs if (pair[0].design.tobytes(), pair[1].design.tobytes()) not in tried]
         if not pairs or len(points) >= polisher.how.points:
             return
-        polisher.look(
-            [ways for a, b, _ in pairs if polisher.is_alike(a, b) for ways in a.design + PARTS * (b.design - a.design)]
-        )
+        polisher.look([way for a, b, _ in pairs if polisher.is_alike(a, b) for way in a.design + PARTS * (b.design - a.design)])
         for a, b, gap in pairs[: polisher.how.points - len(points)]:
             if gap.length < SHORTER * pairs[0][2].length or polisher.is_late:
                 break
