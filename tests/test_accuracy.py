@@ -34,7 +34,7 @@ from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
 from trivet.study.accuracy import FACETS, accuracy, apart
 from trivet.study.inexactness import inexactness
-from trivet.study.tolerance_file import Heat, Misalignment, Play, Positioning, Tolerance, Tolerances
+from trivet.study.tolerance_file import Heat, Misalignment, Play, Positioning, Tolerance, Tolerances, read_tolerances
 from trivet.views.accuracy import as_json, tables
 
 MACHINES = [name for name in catalogue() if not name.startswith("azulay-")]
@@ -501,3 +501,12 @@ def test_tables_pictures_and_files(tmp_path: Path) -> None:
     path = accuracy("azulay", given, at(0, 0, 0.125, 0, 0.1, 0))
     trivet.figure(path, tmp_path / "path.png")
     trivet.figure(path, tmp_path / "path.html")
+
+
+def test_the_file_of_the_page_is_read(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[1] / "docs" / "accuracy.md").read_text(encoding="utf-8")
+    file = tmp_path / "tolerances.toml"
+    file.write_text(page.split("```toml piece\n")[1].split("```")[0], encoding="utf-8")
+    found = inexactness(load("azulay"), read_tolerances(file))
+    assert [source.kind for source in found.sources].count("play") == 3
+    assert found.known[-1].any()
