@@ -346,6 +346,52 @@ def test_the_worst_is_reached_and_never_exceeded() -> None:
     np.testing.assert_allclose(alone.deviation[0], np.sqrt((links[0] ** 2).sum(axis=0) / 3), rtol=1e-12)
 
 
+def off(machine: Machine, given: Tolerances) -> list[dict[str, float]]:
+    """What deviates in every row, and by how much."""
+    found, ways = inexactness(machine, given), deviations(machine)
+    names = [f"{machine.legs[way.leg].name} {way.of} {way.way} {'xyz'[way.axis]}" for way in ways] + ["tip x", "tip y", "tip z"]
+    rows = found.rows if len(found.rows) else found.known
+    return [{names[k]: float(row[k]) for k in np.flatnonzero(row)} for row in rows]
+
+
+def test_what_entries_mean() -> None:
+    """Gaps are twice the way from the middle; what is told along a circle is an angle times its radius; one copy is one."""
+    machine = load("azulay")
+
+    def one(**given: Any) -> list[dict[str, float]]:
+        return off(machine, Tolerances(**{kind: (entry,) for kind, entry in given.items()}))
+
+    assert one(tolerance=Tolerance("leg-2.link.length", sigma="3 um")) == [{"leg-2 elements.link.length dimension x": 3e-6}]
+    for size, angle in (("162 um", 1e-3), ("1 mrad", 1e-3), (1e-3, 1e-3)):
+        (along_guide,) = one(positioning=Positioning("leg-1.guide", plus_minus=size))
+        assert along_guide == {"leg-1 guide drive x": pytest.approx(angle)}
+        (loose,) = one(play=Play("leg-1.guide", backlash=size))
+        assert loose == {"leg-1 guide drive x": pytest.approx(angle / 2)}
+    assert one(play=Play("leg-3.slide", backlash=4e-6)) == [{"leg-3 slide drive x": 2e-6}]
+    assert one(play=Play("leg-3.hinge", about="y", gap="2 mrad")) == [{"leg-3 hinge about y": 1e-3}]
+    ball = one(play=Play("leg-1.ball", radial="4 um"))
+    assert ball == [{f"leg-1 ball along {axis}": 2e-6} for axis in "xyz"]
+    for joint, freedom in (("guide", "y"), ("slide", "x"), ("hinge", "y")):
+        rows = one(play=Play(f"leg-1.{joint}", radial="4 um"))
+        assert [np.linalg.norm(list(row.values())) for row in rows] == pytest.approx([2e-6] * 2)
+        assert not any(f"leg-1 {joint} along {freedom}" in row for row in rows)
+    (longer,) = one(heat=Heat(("leg-1.link",), warmer="2 K", expansion=1e-5))
+    assert longer == {"leg-1 elements.link.length dimension x": pytest.approx(0.216 * 2e-5)}
+    hexapod = load("gough-stewart", {"platform.tool_tip": "0 mm, 0 mm, 40 mm"})
+    warm = [off(hexapod, Tolerances(heat=(Heat((body,), warmer=1.0, expansion=1e-5),)))[0] for body in ("ground", "platform")]
+    assert {name.split()[1] for name in warm[0]} == {"base.radius"}
+    assert {name.split()[1] for name in warm[1]} == {"platform_joint.radius", "z"}
+    assert warm[1]["tip z"] == pytest.approx(4e-7)
+
+
+def test_what_is_only_warm_is_off_for_sure() -> None:
+    warm = accuracy("azulay", Tolerances(heat=(Heat(warmer="3 K", expansion=1e-5),)), at(0.002, 0.0, 0.124, 0.4, 0.5, 0.6))
+    distance = np.linalg.norm(warm.shift[0, :3])
+    np.testing.assert_allclose(warm.size[0], [distance, 0], atol=1e-15)
+    np.testing.assert_allclose(warm.worst[0], np.abs(warm.shift[0]), atol=1e-15)
+    assert distance <= warm.farthest[0, 0] <= distance / np.cos(apart(FACETS)) * (1 + 1e-12)
+
+
 def test_amounts_of_copies_add_up_to_what_is_common() -> None:
     machine, *_, errors, _ = stood("azulay")
     askew = [
@@ -409,6 +455,8 @@ def test_over_a_hemisphere() -> None:
     beyond = accuracy(machine, given, in_block((0, 0, 0.07), (0, 0, 0.1), (1, 1, 1)), roll=0.0)
     assert beyond.used.tolist() == [False, True]
     assert np.isnan(beyond.farthest[0]).all()
+    ((_, rows),) = beyond.contributions()
+    assert np.isnan(rows).all(axis=(1, 2)).tolist() == [True, False]
     with pytest.raises(NoResultError, match="no pose of the block"):
         accuracy(machine, given, in_block((0, 0, 0.01), (0, 0, 0.01), (1, 1, 1)), roll=0.0)
 
