@@ -138,6 +138,18 @@ def store_of(study: str, store: str | None) -> str:
     return store if store is not None else f"{Path(study).stem}.zarr"
 
 
+def check_folder(option: str, path: str, overwrite: bool) -> None:
+    """Refuse, before the work, a folder that cannot take files, or that has some already."""
+    import os
+
+    from trivet.errors import InputError
+
+    if os.path.exists(path) and not os.path.isdir(path):
+        raise InputError(f"{option} {path}: is not a folder")
+    if os.path.isdir(path) and os.listdir(path) and not overwrite:
+        raise InputError(f"{option} {path}: is not empty; choose another folder, or allow overwriting (--overwrite)")
+
+
 def quantity(option: str, text: str | None, dimension: str, si: str, positive: bool = False) -> float | None:
     """One number with its unit, in SI; None stays None.
 

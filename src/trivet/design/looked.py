@@ -18,7 +18,7 @@ from trivet.reach.scene import Scene
 from trivet.space.frame import IDENTITY, Angle, Frame
 from trivet.space.pose import rolled, tangent_axes
 from trivet.space.scalar import Scalar
-from trivet.space.surface import hemisphere
+from trivet.space.surface import Surface, hemisphere
 from trivet.space.symmetric import Symmetric
 from trivet.space.vector import Vec
 from trivet.statics.best_roll import on_grid
@@ -57,12 +57,21 @@ class Points(NamedTuple):
     climbs: bool = False
     """Whether the best roll is sought uphill from the best ones of the grid."""
 
+    def sphere(self, machine: Machine) -> tuple[Any, Any]:
+        """Height of the centre and radius (m); numbers of the machine may be traced."""
+        piece = machine.workpiece
+        radius = self.radius if piece is None or self.radius is not None else piece.radius
+        return (self.height if piece is None or self.height is not None else piece.height), radius
+
+    def surface(self, machine: Machine) -> Surface:
+        """The points of a machine with plain numbers."""
+        height, radius = self.sphere(machine)
+        return hemisphere(float(height), float(radius), self.steps)
+
     def frames(self, machine: Machine) -> Frame:
         """Frames (n,) at zero roll; numbers of the machine may be traced."""
         unit = hemisphere(0.0, 1.0, self.steps)
-        piece = machine.workpiece
-        radius: Any = self.radius if piece is None or self.radius is not None else piece.radius
-        height: Any = self.height if piece is None or self.height is not None else piece.height
+        height, radius = self.sphere(machine)
         normal, first, second = tangent_axes(unit.azimuth, unit.tilt)
         x, y, z = (unit.position[:, k] * radius for k in range(3))
         return Frame(Vec(x, y, z + height), first, second, normal)

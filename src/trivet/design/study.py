@@ -116,26 +116,26 @@ class Study:
         subjects = tuple(one._replace(points=one.points._replace(climbs=True)) for one in self.subjects)
         return dataclasses.replace(self, subjects=subjects)
 
-    def machine(self, place: int, design: Sequence[float]) -> Machine:
+    def machine(self, place: int, design: Sequence[float] | Array) -> Machine:
         """The machine that a design is, with plain numbers."""
         import jax
 
         made = machine_of(self.subjects[place].machine, place, self.variables, [float(value) for value in design])
         return jax.tree.map(float, made)
 
-    @property
-    def described(self) -> Array:
-        """(d,) the design which is the first machine as described; the middle of choices and where it has no such number."""
+    def described_of(self, place: int) -> Array:
+        """(d,) the design which a machine is as described; the middle where it has no such number, or a choice of them."""
+        import jax
+
+        numbers = jax.tree.leaves(self.subjects[place].machine)
         found = []
         for variable in self.variables:
-            action = variable.actions[0]
+            action = variable.actions[place]
             if variable.is_discrete or action is None:
                 found.append(variable.law.middle)
             else:
-                import jax
-
-                own = float(jax.tree.leaves(self.subjects[0].machine)[action.leaves[0]])
-                found.append(1.0 if action.is_factor else own)
+                own = 1.0 if action.is_factor else float(numbers[action.leaves[0]])
+                found.append(min(max(own, variable.law.low), variable.law.high))
         return np.array(found)
 
     @cached_property

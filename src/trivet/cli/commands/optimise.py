@@ -1,0 +1,67 @@
+"""trivet optimise."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from trivet.cli import options as o
+from trivet.cli import output
+from trivet.cli.groups import Output
+
+
+def run(
+    *,
+    study: o.Study,
+    store: Annotated[
+        str | None,
+        typer.Option(
+            "--store",
+            help="File that keeps what is worked out, so that an interrupted run goes on; by default the name of the study "
+            "file with .evaluations.",
+            metavar="FILE",
+        ),
+    ] = None,
+    points: Annotated[int, typer.Option("--points", help="Designs told of each machine, at most.", min=2, max=500)] = 40,
+    polish: Annotated[
+        str | None,
+        typer.Option("--polish", help="Time for polishing each front; until it is done by default.", metavar="TIME"),
+    ] = None,
+    machines: Annotated[
+        str | None,
+        typer.Option("--machines", help="Write machine files of the designs on the front into this folder.", metavar="FOLDER"),
+    ] = None,
+    out: Output,
+) -> None:
+    """Seek the best designs of machines, as a study file says: a front by evolution, polished by slopes."""
+    from pathlib import Path
+
+    from trivet.design.optimisation import optimise
+    from trivet.design.study import read_study
+    from trivet.design.writing import write_machines
+    from trivet.views import optimisation as view
+
+    asked = read_study(study)
+    seconds = o.quantity("--polish", polish, "time", "s", positive=True)
+    out.check()
+    if machines is not None:
+        o.check_folder("--machines", machines, out.overwrite)
+    file = store if store is not None else f"{Path(study).stem}.evaluations"
+    with output.progress(out.as_json, "") as advance:
+
+        def tell(machine: str, stage: str, done: int, total: int, best: int) -> None:
+            advance(f"{machine}, {stage}, {best} on the front", done, total)
+
+        result = optimise(
+            asked,
+            store=file,
+            points=points,
+            seconds=float("inf") if seconds is None else seconds,
+            progress=tell,
+            damaged=lambda cut: output.warn(f"{file}: {cut} bytes were damaged; what they held is worked out again"),
+        )
+    if machines is not None:
+        for path in write_machines(result, machines, overwrite=out.overwrite):
+            output.wrote(path)
+    out.give(result, view)

@@ -1,0 +1,46 @@
+"""Machine files of the designs on a front."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from trivet.design.optimisation import Member, Optimisation
+from trivet.errors import InputError
+from trivet.model import write
+from trivet.model.check import check
+
+
+def write_machines(result: Optimisation, folder: str | os.PathLike[str], *, overwrite: bool = False) -> Iterator[str]:
+    """Write a machine file of every member into a folder, made where it is missing; gives their paths.
+
+    Raises:
+        InputError: for a file that exists unasked, or that cannot be written.
+    """
+    target = Path(folder)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{target}: cannot be made: {error.strerror or error}") from None
+    for k, member in enumerate(result.members):
+        base = result.study.names[member.place]
+        name = f"{''.join(c if c.isalnum() or c in '-_' else '-' for c in base)}-{k + 1:03d}"
+        machine = result.machine(member)
+        about = dataclasses.replace(
+            machine.about, name=name, published=(), published_dynamic=(), notes=(), description=_words(result, member)
+        )
+        machine = dataclasses.replace(machine, about=about)
+        check(machine)
+        path = target / f"{name}.toml"
+        write(machine, path, overwrite=overwrite)
+        yield str(path)
+
+
+def _words(result: Optimisation, member: Member) -> str:
+    values = (
+        f"{own.name} {own.kind.write(float(f'{value:.6g}'))}"
+        for own, value in zip(result.study.quantities, member.values, strict=True)
+    )
+    return f"A design of {result.study.names[member.place]}, found by optimisation: {', '.join(values)}."
