@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from toy_designs import Rows, Toy, binh_korn, cantilever, osy, truss, zdt1, zdt3
+from toy_designs import Rows, Toy, binh_korn, cantilever, osy, truss, valley, vessel, welded, zdt1, zdt3
 
 from trivet.design.front.archive import Archive
 from trivet.design.front.box import Box
@@ -59,6 +59,21 @@ def test_of_tubes_in_a_catalogue_the_best_is_found_and_the_rest_fitted_to_it():
     volume_, *design = min(by_hand)
     assert np.allclose(told.designs, [design], rtol=0, atol=1e-6)
     assert told.values.objectives[0, 0] == pytest.approx(volume_, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("make", "design", "value", "active"),
+    [
+        (vessel, [0.8125, 0.4375, 42.0984456, 176.6365958], 6059.714335, ("wall", "volume")),
+        (welded, [0.20572964, 3.47048867, 9.03662391, 0.20572964], 1.724852309, ("shear", "bending", "weld", "buckling")),
+        (valley, [1, 1], 0, ("cubic", "line")),
+    ],
+)
+def test_optima_that_are_known_are_found(make, design, value, active):
+    told = searched(make(), few(1000, 50), Polishing())
+    assert np.allclose(told.designs, [design], rtol=1e-7, atol=1e-6)
+    assert told.values.objectives[0, 0] == pytest.approx(value, rel=1e-9, abs=1e-12)
+    assert told.active == (active,)
 
 
 def test_the_front_of_a_truss_is_where_both_bars_are_stressed_alike():

@@ -156,3 +156,48 @@ def truss(most: float | None = None, areas: tuple[float, ...] | None = None) -> 
     if most is None:
         return Toy(kernel, *ends, ("volume", "stress"), discrete=discrete)
     return Toy(kernel, *ends, ("volume",), ("stress",), discrete)
+
+
+def vessel() -> Toy:
+    """Cost of a vessel whose walls come in sixteenths of an inch (E. Sandgren, 1990).
+
+    The best of all costs 6059.714335 with walls of 13 and 7 sixteenths (X.-S. Yang and others, 2013).
+    """
+
+    def kernel(x: Any) -> Any:
+        wall, end, radius, length = x
+        cost = 0.6224 * wall * radius * length + 1.7781 * end * radius**2 + 3.1661 * wall**2 * length + 19.84 * wall**2 * radius
+        held = jnp.pi * radius**2 * length + 4 / 3 * jnp.pi * radius**3
+        return (cost,), (0.0193 * radius / wall - 1,), (0.00954 * radius / end - 1,), (1 - held / 1296000,), (length / 240 - 1,)
+
+    walls = tuple(np.arange(1, 100) / 16)
+    names = ("wall", "end", "volume", "length")
+    return Toy(kernel, [0, 0, 10, 10], [9, 9, 200, 200], ("cost",), names, (walls, walls, None, None))
+
+
+def welded() -> Toy:
+    """Cost of a welded beam (K. M. Ragsdell and D. T. Phillips, 1976), at best 1.724852309 (as others found)."""
+
+    def kernel(x: Any) -> Any:
+        weld, length, height, width = x
+        arm = jnp.sqrt(length**2 / 4 + ((weld + height) / 2) ** 2)
+        polar = 2 * jnp.sqrt(2) * weld * length * (length**2 / 12 + ((weld + height) / 2) ** 2)
+        direct, turning = 6000 / (jnp.sqrt(2) * weld * length), 6000 * (14 + length / 2) * arm / polar
+        shear = jnp.sqrt(direct**2 + direct * turning * length / arm + turning**2)
+        buckling = 4.013 * 30e6 * height * width**3 / 6 / 14**2 * (1 - height / 28 * jnp.sqrt(30e6 / 48e6))
+        cost = 1.10471 * weld**2 * length + 0.04811 * height * width * (14 + length)
+        bent, sag = 6 * 6000 * 14 / (width * height**2), 4 * 6000 * 14**3 / (30e6 * height**3 * width)
+        met = shear / 13600 - 1, bent / 30000 - 1, weld / width - 1, sag / 0.25 - 1, 1 - buckling / 6000
+        return (cost,), *((one,) for one in met)
+
+    return Toy(kernel, [0.1] * 4, [2, 10, 10, 2], ("cost",), ("shear", "bending", "weld", "sag", "buckling"))
+
+
+def valley() -> Toy:
+    """Rosenbrock's function under a cubic and a line: a wide basin about zero, and the best, zero, in a corner at (1, 1)."""
+
+    def kernel(x: Any) -> Any:
+        value = (1 - x[0]) ** 2 + 100 * (x[1] - x[0] ** 2) ** 2
+        return (value,), ((x[0] - 1) ** 3 - x[1] + 1,), (x[0] + x[1] - 2,)
+
+    return Toy(kernel, [-1.5, -0.5], [1.5, 2.5], ("value",), ("cubic", "line"))

@@ -13,6 +13,8 @@ LIMIT = 500
 """Designs kept on the front, and again beside it."""
 NEXT = 2
 """Ranks kept beyond the first."""
+SCATTERED = 12
+"""Designs kept of the first that were offered."""
 NEAREST = 5
 """Designs kept that come nearest to all constraints."""
 
@@ -67,6 +69,8 @@ class Archive:
     """(n,) what was once dominated stays so, even where what dominated it was left out for want of room."""
     nearest: tuple[Array, Array]
     """Designs (q, d) that miss constraints the least, and those constraints (q, k)."""
+    first: Array
+    """Designs (q, d) of those that were offered first, some with value."""
     seen: int = 0
     """Designs that were offered."""
     polished: set[bytes] = field(default_factory=set)
@@ -79,7 +83,7 @@ class Archive:
     def empty(cls, variables: int, objectives: int, constraints: int) -> Archive:
         """Nothing yet."""
         none, values = np.zeros((0, variables)), Values(np.zeros((0, objectives)), np.zeros((0, constraints)))
-        return cls(none, values, np.zeros(0, bool), (none, values.constraints))
+        return cls(none, values, np.zeros(0, bool), (none, values.constraints), none)
 
     def __len__(self) -> int:
         return len(self.designs)
@@ -96,6 +100,8 @@ class Archive:
 
     def add(self, designs: Array, values: Values) -> None:
         """Takes in what is feasible of designs (n, d)."""
+        if not self.seen:
+            self.first = designs[values.has_value][:SCATTERED]
         self.seen += len(designs)
         if not len(self):
             self._keep_nearest(designs, values)

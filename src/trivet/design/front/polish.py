@@ -45,11 +45,12 @@ def _polish_ends(polisher: Polisher) -> None:
 
 
 def _polish_members(polisher: Polisher) -> None:
-    """Half as many members as there are to be points, evenly spread; under one objective dominated ones too."""
-    archive = polisher.archive
-    designs, values = archive.best if polisher.many > 1 else (archive.designs, archive.values)
+    """Half as many members as there are to be points, evenly spread; under one objective also designs from all over."""
+    designs, values = polisher.archive.best
     for i in spread(values.objectives, polisher.how.points // 2):
         polisher.improve(designs[i], values.objectives[i])
+    for design in polisher.archive.first if polisher.many == 1 else ():
+        polisher.improve(design, values.objectives[0])
 
 
 def _polish_rest(polisher: Polisher) -> None:
