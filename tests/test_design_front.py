@@ -73,6 +73,7 @@ def test_what_was_dominated_stays_so_when_there_is_no_room_for_what_dominated_it
     archive.add(front + 1e-4, Values(front + 1e-4, np.zeros((300, 0))))
     archive.add(front, Values(front, np.zeros((300, 0))))
     archive.prune()
+    archive.add(front[:0], Values(front[:0], np.zeros((0, 0))))
     assert len(archive.best[0]) == 20
     assert np.allclose(archive.best[1].objectives.sum(axis=1), 1)
     assert len(archive) <= 40

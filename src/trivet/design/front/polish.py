@@ -11,6 +11,8 @@ from trivet.design.front.gaps import Gap, gaps
 from trivet.design.front.polisher import Point, Polisher, Polishing
 from trivet.design.front.problem import Array, Asked
 
+MEMBERS = 24
+"""Members polished before gaps are filled, at most: from then on less is won by them."""
 CLOSE = 0.3
 """Gaps this short, beside those of evenly spread points, stay."""
 SHORTER = 0.5
@@ -45,9 +47,9 @@ def _polish_ends(polisher: Polisher) -> None:
 
 
 def _polish_members(polisher: Polisher) -> None:
-    """Half as many members as there are to be points, evenly spread; under one objective also designs from all over."""
+    """Some members, evenly spread; under one objective also designs from all over."""
     designs, values = polisher.archive.best
-    for i in spread(values.objectives, polisher.how.points // 2):
+    for i in spread(values.objectives, min(polisher.how.points // 2, MEMBERS)):
         polisher.improve(designs[i], values.objectives[i])
     for design in polisher.archive.first if polisher.many == 1 else ():
         polisher.improve(design, values.objectives[0])
