@@ -110,15 +110,26 @@ def test_of_two_fronts_the_better_dominates_the_other():
 # Where a front has room.
 
 
-def test_gaps_of_a_curve_are_those_between_neighbours():
+@pytest.mark.parametrize("many", [2, 3])
+def test_gaps_of_a_curve_are_those_between_neighbours(many):
     x = np.sort(np.random.default_rng(4).random(40))
-    front = np.column_stack([x, (1 - x) ** 2])
-    found = gaps(front, np.ones(2))
-    assert {(gap.first, gap.second) for gap in found} == {(i, i + 1) for i in range(39)}
+    front = np.column_stack([x, (1 - x) ** 2, 0.3 * (1 - x)])[:, :many]
+    order = np.random.default_rng(5).permutation(40)
+    found = gaps(front[order], np.ones(many))
+    assert {tuple(sorted((order[gap.first], order[gap.second]))) for gap in found} == {(i, i + 1) for i in range(39)}
     assert [gap.length for gap in found] == sorted((gap.length for gap in found), reverse=True)
     for gap in found:
-        assert abs(np.dot(gap.direction, front[gap.first] - front[gap.second])) <= 0.06 * gap.length
+        a, b = front[order[gap.first]], front[order[gap.second]]
+        assert np.allclose(gap.middle, (a + b) / 2)
         assert np.all(gap.direction > 0)
+        assert many > 2 or abs(np.dot(gap.direction, a - b)) <= 0.06 * gap.length
+
+
+def test_gaps_over_a_surface_join_neighbours_only():
+    grid = np.stack(np.meshgrid(np.arange(4.0), np.arange(4.0)), axis=-1).reshape(-1, 2)
+    found = gaps(np.column_stack([grid, -grid.sum(axis=1)]), np.ones(3))
+    steps = {tuple(np.abs(grid[gap.first] - grid[gap.second])) for gap in found}
+    assert {(1.0, 0.0), (0.0, 1.0)} <= steps <= {(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)}
 
 
 # Designs as genes.

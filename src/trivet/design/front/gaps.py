@@ -10,8 +10,6 @@ from trivet.design.front.problem import Array
 
 FLATTEST = 0.05
 """Least part of the longest side of a gap that the others count as."""
-MOST = 200
-"""Points that are looked at, at most."""
 
 
 class Gap(NamedTuple):
@@ -28,16 +26,24 @@ class Gap(NamedTuple):
 
 
 def gaps(objectives: Array, width: Array) -> list[Gap]:
-    """Between points (n, m) of a front whose extent is `width` (m,), the longest first: the edges of their Gabriel graph (K. R.
-    Gabriel and R. R. Sokal, 1969), no point lies in the ball over one."""
-    places = objectives[:MOST] / width
-    apart = np.sum((places[:, None] - places) ** 2, axis=2)
-    # A third point lies in the ball over i and j where it sees them at an obtuse angle.
-    is_open = [~np.any(apart[i][:, None] + apart < apart[i] * (1 - 1e-12), axis=0) & (apart[i] > 0) for i in range(len(places))]
+    """Between points (n, m) of a front whose extent is `width` (m,), the longest first."""
+    places = objectives / width
     found = []
-    for i, j in np.argwhere(np.triu(np.array(is_open))):
+    for i, j in _beside(places):
         side = np.abs(places[i] - places[j])
         across = side.max() / np.maximum(side, FLATTEST * side.max())
         direction = width * across / np.linalg.norm(across)
-        found.append(Gap(int(i), int(j), float(np.sqrt(apart[i, j])), (objectives[i] + objectives[j]) / 2, direction))
+        found.append(Gap(int(i), int(j), float(np.linalg.norm(side)), (objectives[i] + objectives[j]) / 2, direction))
     return sorted(found, key=lambda gap: -gap.length)
+
+
+def _beside(places: Array) -> Array:
+    """Pairs (p, 2) of points (n, m) that are neighbours: along a line for two objectives, else by their Gabriel graph (K. R.
+    Gabriel and R. R. Sokal, 1969), which joins those whose ball over both as ends of a diameter no other lies in."""
+    if places.shape[1] == 2:
+        order = np.lexsort(places.T[::-1])
+        return np.stack([order[:-1], order[1:]], axis=1)
+    apart = np.sum((places[:, None] - places) ** 2, axis=2)
+    # A third point lies in the ball over i and j where it sees them at an obtuse angle.
+    is_open = [~np.any(apart[i][:, None] + apart < apart[i] * (1 - 1e-12), axis=0) & (apart[i] > 0) for i in range(len(places))]
+    return np.argwhere(np.triu(np.array(is_open).reshape(len(places), len(places))))
