@@ -20,7 +20,7 @@ import pytest
 import xarray as xr
 import zarr
 
-from trivet.design.store import Chunk, Column, Layout, Store, open_store, read
+from trivet.design.store import Chunk, Column, Layout, Store, open_store, read, writing
 from trivet.errors import InputError
 
 LAYOUT = Layout(
@@ -168,6 +168,9 @@ def test_damage_is_noticed_named_and_repaired_in_every_file(tmp_path: Path, kind
                 assert not faults  # the chunk is not done
             else:
                 assert [fault.file for fault in faults] == [name]
+                cut = "is cut short" if kind in ("cut short", "empty") else "is altered"
+                what = "does not fit" if is_digest else "is missing" if kind == "missing" else cut
+                assert faults[0].what.startswith(what)
                 designs = LAYOUT.designs(int(name.rpartition("/")[2])) if not is_metadata else (0, 0)
                 assert ("designs" in str(faults[0])) == (not is_metadata)
                 assert is_metadata or faults[0].designs == (designs[0], designs[1] - 1)
@@ -192,6 +195,36 @@ def test_swapped_and_older_files_are_noticed(tmp_path: Path) -> None:
         faults = store.faults()
     assert [fault.file for fault in faults] == ["digest/c/1", "digest/c/3"]
     assert [fault.chunk for fault in faults] == [1, 3]
+
+
+def test_a_whole_chunk_of_another_place_or_study_is_noticed(tmp_path: Path) -> None:
+    root, other = made(tmp_path / "s"), made(tmp_path / "other", replace(LAYOUT, attributes={}))
+    for name in (*LAYOUT.arrays, "status", "digest"):
+        shutil.copy(root / name / "c" / "0", root / name / "c" / "1")
+        shutil.copy(other / name / "c" / "3", root / name / "c" / "3")
+    with open_store(root, LAYOUT) as store:
+        assert [fault.file for fault in store.faults()] == ["digest/c/1", "digest/c/3"]
+
+
+def test_a_file_of_numbers_that_reads_as_metadata_is_damaged(tmp_path: Path) -> None:
+    root = made(tmp_path / "s")
+    (root / "mass/c/1").write_bytes(b"{}")
+    with pytest.raises(InputError, match="mass/c/1 is cut short, 2 of 44 bytes"):
+        read(root)
+
+
+def test_a_store_that_another_process_makes_meanwhile_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    own = writing.Lock
+
+    def late(folder: Path, name: Path) -> writing.Lock:
+        with monkeypatch.context() as patch:
+            patch.setattr(writing, "Lock", own)
+            made(name, replace(LAYOUT, chunk=6))
+        return own(folder, name)
+
+    monkeypatch.setattr(writing, "Lock", late)
+    with pytest.raises(InputError, match="designs_per_chunk is 6 there and 5 here"):
+        open_store(tmp_path / "s", LAYOUT)
 
 
 def test_a_store_of_another_study_is_refused(tmp_path: Path) -> None:

@@ -46,7 +46,7 @@ def _chunk_faults(root: Path, scratch: Scratch, k: int) -> Iterator[Fault]:
     found = {key: content(root / key) for key in scratch.keys(k)}
     files = {key: data for key, data in found.items() if data is not None}
     digest = content(root / key_of(DIGEST, k))
-    if len(files) == len(found) and digest == digest_of(scratch.layout, k, files):
+    if len(files) == len(found) and digest == digest_of(scratch.layout, files):
         return
     start, stop = scratch.layout.designs(k)
     designs = (start, stop - 1)

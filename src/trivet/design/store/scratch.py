@@ -21,9 +21,9 @@ def key_of(array: str, k: int) -> str:
     return f"{array}/c/{k}"
 
 
-def digest_of(layout: Layout, k: int, files: Mapping[str, bytes]) -> bytes:
+def digest_of(layout: Layout, files: Mapping[str, bytes]) -> bytes:
     """What tells whether the files of a chunk are those that were written."""
-    digest = hashlib.blake2b(f"{layout.fingerprint} {k}".encode(), digest_size=WIDTH)
+    digest = hashlib.blake2b(layout.fingerprint.encode(), digest_size=WIDTH)
     for key in sorted(files):
         digest.update(f"\0{key}\0{len(files[key])}\0".encode() + files[key])
     return digest.digest()

@@ -86,7 +86,7 @@ class Store:
         for key, data in files.items():
             put(self.path / key, data)
         settle((self.path / key).parent for key in files)
-        put(self.path / key_of(DIGEST, k), digest_of(self.layout, k, files))
+        put(self.path / key_of(DIGEST, k), digest_of(self.layout, files))
         settle([self.path / DIGEST / "c"])
         self.done[k] = True
         if self._failures.pop(k, None) is not None:
