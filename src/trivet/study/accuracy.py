@@ -38,6 +38,8 @@ AT_LIMIT = 1e-9
 """Margin of travel below zero that is rounding."""
 FACETS = 8
 """Facets per edge of the cube through which directions are looked along."""
+TOGETHER = 64
+"""Poses worked on at a time: amounts times directions times these should stay in the cache of a core."""
 SIGMAS = 3.0
 """Standard deviations of the ellipsoid that is told."""
 SMALL = math.radians(3.0)
@@ -148,7 +150,7 @@ class Accuracy:
             yield rows, np.where(self.used[rows, None, None], found, np.nan)
 
 
-class _Told(NamedTuple):
+class _Kept(NamedTuple):
     """What is kept of one pose."""
 
     shifts: Scalar
@@ -198,7 +200,7 @@ def accuracy(
         raise NoResultError(
             f"{chosen.name}: no pose of the {family.name} is reached, {mode_words(name)}, with the roll {policy}"
         )
-    found = in_batches(lambda poses: _told(chosen, inexact, tip, signs, poses), _frames(places.some(used), used[used]))
+    found = in_batches(lambda poses: _summaries(chosen, inexact, tip, signs, poses), _frames(places.some(used), used[used]))
     whole = []
     for values in found:
         every = np.full((len(family), *values.shape[1:]), np.nan)
@@ -270,25 +272,26 @@ def _rows(machine: Machine, rows: Array, tip: Array | None, signs: Any, poses: F
     return _row_errors(jax.tree.map(jnp.asarray, machine), rows, tip, jnp.asarray(signs), poses)
 
 
-def _told(machine: Machine, inexact: Inexactness, tip: Array | None, signs: Any, poses: Frame) -> Scalar:
+def _summaries(machine: Machine, inexact: Inexactness, tip: Array | None, signs: Any, poses: Frame) -> Scalar:
     count, amounts = len(inexact.sources), len(inexact.names)
     members = (np.arange(amounts)[:, None] == inexact.amount).astype(float)
     owners = (np.arange(count)[:, None] == inexact.source).astype(float)
     laws = inexact.variance, inexact.reach, members, owners
     arrays = jax.tree.map(jnp.asarray, machine)
-    return _kept(arrays, (inexact.rows, inexact.known), laws, tip, directions(FACETS), jnp.asarray(signs), poses)
+    return _kept_of(arrays, (inexact.rows, inexact.known), laws, tip, directions(FACETS), jnp.asarray(signs), poses)
 
 
 @jax.jit
-def _kept(machine: Machine, rows: Any, laws: Any, tip: Scalar | None, looked: Scalar, signs: Scalar, poses: Frame) -> _Told:
-    def one(pose: Frame) -> _Told:
+def _kept_of(machine: Machine, rows: Any, laws: Any, tip: Scalar | None, looked: Scalar, signs: Scalar, poses: Frame) -> _Kept:
+    def one(pose: Frame) -> _Kept:
         errors = _at(machine, tip, signs, pose)
         return _summed(rows[0] @ errors, rows[1] @ errors, laws, looked)
 
-    return jax.vmap(one)(poses)
+    found: _Kept = jax.lax.map(one, poses, batch_size=TOGETHER)
+    return found
 
 
-def _summed(errors: Scalar, shifts: Scalar, laws: Any, looked: Scalar) -> _Told:
+def _summed(errors: Scalar, shifts: Scalar, laws: Any, looked: Scalar) -> _Kept:
     """From errors by row (r, 6) and what is there for sure by source (s, 6)."""
     variance, reach, members, owners = laws
     squares = members @ (errors * errors)
@@ -303,7 +306,7 @@ def _summed(errors: Scalar, shifts: Scalar, laws: Any, looked: Scalar) -> _Told:
         return along.max() / math.cos(apart(FACETS))
 
     both = jnp.stack([farthest(errors[:, :3], sure[:3]), farthest(errors[:, 3:], sure[3:])])
-    return _Told(shifts, variances, weighted.T @ errors, worst, both)
+    return _Kept(shifts, variances, weighted.T @ errors, worst, both)
 
 
 def directions(facets: int) -> Array:
