@@ -66,17 +66,16 @@ def test_an_archive_holds_the_best_of_all_that_was_offered_in_any_order():
 
 
 def test_what_was_dominated_stays_so_when_there_is_no_room_for_what_dominated_it():
-    x = np.linspace(0, 1, 300)
-    front = np.column_stack([x, 1 - x])
+    front, behind = (np.column_stack([x := np.linspace(0, 1, many), 1 - x]) for many in (300, 217))
+    behind = behind + 0.01
     archive = Archive.empty(2, 2, 0)
     archive.limit = 20
-    archive.add(front + 1e-4, Values(front + 1e-4, np.zeros((300, 0))))
-    archive.add(front, Values(front, np.zeros((300, 0))))
-    archive.prune()
-    archive.add(front[:0], Values(front[:0], np.zeros((0, 0))))
+    for some in (behind, front, front[:0]):
+        archive.add(some, Values(some, np.zeros((len(some), 0))))
+        archive.prune()
     assert len(archive.best[0]) == 20
     assert np.allclose(archive.best[1].objectives.sum(axis=1), 1)
-    assert len(archive) <= 40
+    assert len(archive) == 40
 
 
 # Hypervolume.

@@ -8,11 +8,14 @@ from trivet.design.front.archive import Archive, spread
 from trivet.design.front.evolution import Tell
 from trivet.design.front.front import chosen
 from trivet.design.front.gaps import Gap, gaps
+from trivet.design.front.meeting import met
 from trivet.design.front.polisher import Point, Polisher, Polishing
 from trivet.design.front.problem import Array, Asked
 
 MEMBERS = 24
 """Members polished before gaps are filled, at most: from then on less is won by them."""
+HELD = 1e-10
+"""By how much an objective that is least may be missed for the sake of others, as a part of the front's extent."""
 CLOSE = 0.3
 """Gaps this short, beside those of evenly spread points, stay."""
 SHORTER = 0.5
@@ -23,8 +26,14 @@ PARTS = np.array([[0.25], [0.5], [0.75]])
 
 def polished(asked: Asked, archive: Archive, how: Polishing, tell: Tell | None = None) -> None:
     """Makes the front of an archive better: its ends, its members, then between them until it has enough points, and other
-    discrete values."""
+    discrete values.
+
+    Raises:
+        NoResultError: no design of the archive meets all constraints, and none is found that does.
+    """
     polisher = Polisher(asked, archive, how, tell)
+    if not len(archive):
+        met(polisher)
     for stage in (_polish_ends, _polish_members, _fill_gaps, _exchange, _fill_gaps, _polish_rest):
         stage(polisher)
     archive.prune()
@@ -41,7 +50,7 @@ def _polish_ends(polisher: Polisher) -> None:
         end = polisher.towards(designs[values.objectives[:, i].argmin()], reference, own * width)
         if polisher.many > 1:
             # A little above its least: at that itself, slopes are zero and say nothing of where it may go.
-            held = end.both[: polisher.many] + polisher.how.precision * own * width
+            held = end.both[: polisher.many] + HELD * own * width
             end = polisher.towards(end.design, held, (1 - own) * width)
         polisher.finish(end)
 

@@ -18,8 +18,10 @@ STEPS = 60
 """Of sequential quadratic programming on one model, at most."""
 ROUNDS = 12
 """Models in turn, at most."""
-NARROW = 0.25
+NARROW = 0.1
 """The radius next time, as a part of one that led to nothing better."""
+MISSES = 4
+"""Ways that lead to nothing better, at most; those that promised nothing count twice."""
 BACK = (1.0, 0.5, 0.1, 0.01)
 """Parts of the way to what the model promises, tried together."""
 THIN = 1e-6
@@ -121,11 +123,12 @@ class Polisher:
         if key in self.asked.memo:
             return self._again(self.asked.memo[key])
         way: list[Array] = [start[None]]
-        point, radius = self._tried(way[0])[0], self.how.radius
+        point, radius, misses = self._tried(way[0])[0], self.how.radius, 0
         for _ in range(ROUNDS):
             better, promised, tried = self._once(point, goal, radius)
             way.append(tried)
-            if abs(promised) < self.how.precision:
+            misses += 0 if better else 1 if promised > 0 else 2
+            if abs(promised) < self.how.precision or misses >= MISSES:
                 break
             if better is None:  # the model is true too near only, or quadratic programming lost its way
                 radius *= NARROW

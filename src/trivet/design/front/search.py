@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from trivet.design.front.evolution import Evolution, Tell, evolved
 from trivet.design.front.front import Front, told
-from trivet.design.front.meeting import met
 from trivet.design.front.polish import polished
-from trivet.design.front.polisher import Polisher, Polishing
+from trivet.design.front.polisher import Polishing
 from trivet.design.front.problem import Array, Asked, Memo, Problem
 
 
@@ -29,7 +28,5 @@ def searched(
     """
     asked = Asked(problem, {} if memo is None else memo, evolution.population)
     archive = evolved(asked, evolution, start, tell)
-    if not len(archive):
-        met(Polisher(asked, archive, polishing))
     polished(asked, archive, polishing, tell)
     return told(problem, archive, polishing.points)
