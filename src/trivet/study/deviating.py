@@ -99,7 +99,7 @@ class Deviating:
 
     def held(self, name: str) -> list[tuple[int, Drivable]]:
         """Joints by name which a drive or a lock holds where they are."""
-        found = self.elements(name, Drivable, "drive")  # type: ignore[type-abstract]
+        found = self.elements(name, Drivable, "drive")
         for _, joint in found:
             if not joint.actuated and joint.locked is None:
                 raise InputError(f"{name}: nothing holds this joint where it is; only drives and locked joints can be off")
