@@ -27,18 +27,19 @@ class Cheap:
     """Seconds for each chunk."""
     fails: tuple[int, ...] = ()
     kills: tuple[int, ...] = ()
-    """Chunks that kill their process, once where there is a file to be made, else always."""
+    """Chunks that kill their process."""
     once: str = ""
+    """A file that is made when a chunk fails or kills; none does any more when it is there."""
 
     def prepared(self) -> Work:
         def work(k: int) -> Chunk:
             start, stop = self.layout.designs(k)
             time.sleep(self.wait)
-            if k in self.fails:
-                raise ArithmeticError(f"chunk {k} will not do\nand more")
-            if k in self.kills and not (self.once and Path(self.once).exists()):
+            if k in self.fails + self.kills and not (self.once and Path(self.once).exists()):
                 if self.once:
                     Path(self.once).touch()
+                if k in self.fails:
+                    raise ArithmeticError(f"chunk {k} will not do\nand more")
                 os.kill(os.getpid(), signal.SIGKILL)
             x = np.random.default_rng(k).random(stop - start)
             return Chunk(np.stack([x, np.sin(7 * x)]), np.where(x < 0.5, 1, 2))

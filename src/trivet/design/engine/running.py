@@ -92,7 +92,7 @@ class _Run:
         self.pace, self.came = Pace(), SimpleQueue[Any]()
         self.flying: dict[Any, tuple[int, Future[Any]]] = {}
         """Chunks in flight, with their futures, by the keys of these."""
-        self.rest, self.suspects, self.alone = self._chunks(), list[int](), set[int]()
+        self.rest, self.suspects, self.alone = self._chunks(), set[int](), set[int]()
         """Chunks that are to come, those whose worker died, and those of them that were then tried with no other beside."""
         self.failed = 0
         self.threads, self.looked, self.seen = 0, -float("inf"), monotonic()
@@ -123,7 +123,8 @@ class _Run:
         """Which chunk to send.  When a worker dies, dask suspects all that it was sent: these are tried again one by one."""
         k = next(self.rest, None)
         if k is None and self.suspects and not self.flying:
-            k = self.suspects.pop()
+            k = min(self.suspects)
+            self.suspects.remove(k)
             self.alone.add(k)
         return k
 
@@ -149,7 +150,7 @@ class _Run:
         elif isinstance(error, OtherVersionsError):
             raise InputError(f"{self.address}: {error}")
         elif isinstance(error, KilledWorker) and k not in self.alone:
-            self.suspects.append(k)
+            self.suspects.add(k)
         else:
             self._fail(k, error)
         self._tell()
