@@ -47,9 +47,11 @@ class Worked(NamedTuple):
 class Evaluation:
     """A study's quantities of any designs; kernels compile once."""
 
-    def __init__(self, study: Study) -> None:
+    def __init__(self, study: Study, piece: int | None = None) -> None:
+        """`piece` designs per call, a fixed number, where many are not asked for at a time."""
         self.study = study
         self.columns: list[Column] = study.columns
+        self._piece = piece
 
     @property
     def is_over_points(self) -> bool:
@@ -84,7 +86,9 @@ class Evaluation:
 
     @cached_property
     def piece(self) -> int:
-        """Designs per call, a fixed number."""
+        """Designs per call."""
+        if self._piece is not None:
+            return self._piece
         return max(self.tile, min(MOST_DESIGNS, _power_of_two(max(1, PIECE // self.poses))))
 
     def __call__(self, designs: Array, progress: Callable[[int], None] = lambda done: None) -> Worked:

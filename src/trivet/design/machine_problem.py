@@ -28,6 +28,8 @@ from trivet.space.scalar import Scalar
 
 Array = NDArray[Any]
 
+PIECE = 2
+"""Designs per call: polishing looks at four together, which two cores share."""
 STEP = 1e-4
 """Of a central difference, as a part of a variable's range, for what only studies of their own know."""
 
@@ -38,7 +40,7 @@ class MachineProblem:
     def __init__(self, study: Study, place: int, aims: Aims) -> None:
         self.study, self.place, self.aims = study, place, aims
         single = study.of(place).climbing()
-        self.evaluation = Evaluation(single)
+        self.evaluation = Evaluation(single, PIECE)
         self.columns = [column.asked.name for column in single.columns]
         variables = single.variables
         self.variables = tuple(variable.name for variable in variables)

@@ -1,0 +1,207 @@
+"""Study files: what is read, what is refused and with which words, and what a worker on another machine makes of a study."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import tomli_w
+from documents import message_of
+from scipy.stats import kstest
+
+from trivet.design.aims import aims_of
+from trivet.design.laws import Choices, Law, LogUniform, Normal, Uniform
+from trivet.design.study import Study, read_study, unpacked
+from trivet.design.sweep import SweepTask, chunk_of, drawn, layout_of, sampling_of
+from trivet.model import load, to_text
+
+LENGTH = {"of": "link.length", "low": "205 mm", "high": "225 mm"}
+WHOLE: dict[str, Any] = {
+    "machines": ["azulay"],
+    "quantities": ["mean K_xx", "mass"],
+    "variables": [LENGTH],
+    "sweep": {"count": 100},
+}
+
+
+def study(tmp_path: Path, **changes: Any) -> Study:
+    """A study file with some tables changed, read."""
+    path = tmp_path / "study.toml"
+    path.write_text(tomli_w.dumps(WHOLE | changes), encoding="utf-8")
+    return read_study(path)
+
+
+def refused(tmp_path: Path, **changes: Any) -> str:
+    """What is said of it."""
+
+    def whole() -> None:
+        made = study(tmp_path, **changes)
+        asked = made.asking([own.name for own in made.quantities])
+        if "optimise" in changes:
+            aims_of(asked)
+        sampling_of(asked)
+
+    return message_of(whole)
+
+
+VARIABLE = {
+    "an empty range": ({**LENGTH, "low": "225 mm"}, "runs from 225 mm to 225 mm; low must be below high"),
+    "a range upside down": ({**LENGTH, "low": "1 m"}, "low must be below high"),
+    "no range": ({"of": "link.length", "low": "1 mm"}, "needs low and high, or choices"),
+    "no unit": ({**LENGTH, "low": 0.2}, "variables.1.low: \"0.2\": the unit is missing"),
+    "another unit": ({**LENGTH, "low": "2 kg"}, "'kg' is not a unit of length"),
+    "below zero": ({**LENGTH, "low": "-2 mm"}, "must be greater than zero"),
+    "an unknown number": ({**LENGTH, "of": "lnk.length"}, "did you mean 'link.length'"),
+    "a word": ({**LENGTH, "of": "link.section"}, "is no number of this machine"),
+    "neither": ({"low": "1 mm", "high": "2 mm"}, "give either of"),
+    "both": ({**LENGTH, "scale": "link.length"}, "give either of"),
+    "an unknown key": ({**LENGTH, "hihg": "1 mm"}, "did you mean 'high'"),
+    "an unknown law": ({**LENGTH, "law": "gauss"}, "law"),
+    "a logarithm of zero": ({"of": "home.position.1", "low": "0 mm", "high": "1 mm", "law": "log-uniform"}, "above zero"),
+    "a normal one with ends": ({**LENGTH, "law": "normal", "deviation": "1 mm"}, "give deviation, no low or high"),
+    "a normal one without width": ({"of": "link.length", "law": "normal"}, "give deviation"),
+    "a deviation alone": ({**LENGTH, "deviation": "1 mm"}, 'goes with law = "normal"'),
+    "unlike kinds": ({**LENGTH, "of": ["link.length", "guide.stiffness"]}, "are of unlike kinds"),
+    "no such choice": ({"of": "link.length", "choices": ["200 mm", "two"]}, "two"),
+    "one choice twice": ({"of": "link.length", "choices": ["200 mm", "0.2 m"]}, "the same choice is given twice"),
+    "choices of another width": (
+        {"of": ["link.length", "guide.radius"], "choices": [["1 mm", "2 mm", "3 mm"]]},
+        "has 3 values; of names 2 numbers",
+    ),
+    "choices and a range": ({**LENGTH, "choices": ["200 mm"]}, "go without"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", VARIABLE)
+def test_variables_that_cannot_be(case: str, tmp_path: Path) -> None:
+    variable, words = VARIABLE[case]
+    assert words in refused(tmp_path, variables=[variable])
+
+
+FILES: dict[str, tuple[dict[str, Any], str]] = {
+    "an unknown machine": ({"machines": ["azulai"]}, "did you mean 'azulay'"),
+    "a machine twice": ({"machines": ["azulay", "azulay"]}, "azulay is given twice"),
+    "a number twice": ({"variables": [LENGTH, {**LENGTH, "name": "other"}]}, "'link.length' and 'other' set the same number"),
+    "a name twice": ({"variables": [LENGTH, LENGTH]}, "two are called 'link.length'"),
+    "no variables": ({"variables": []}, "variables"),
+    "an unknown quantity": ({"quantities": ["mean K_xy"]}, "or 'mean K_xx'?"),
+    "no quantity": ({"quantities": []}, "say what is asked of every design"),
+    "a quantity that it lacks": ({"machines": ["glozman"], "quantities": ["least drive force"], "variables": [
+        {"of": "link-1.length", "low": "1 mm", "high": "2 mm"}]}, "no drive of it slides"),
+    "a count of a grid": ({"sweep": {"method": "grid", "count": 3}}, "follows from the steps"),
+    "a grid without steps": ({"sweep": {"method": "grid"}}, "variables.link.length: needs steps"),
+    "no count": ({"sweep": {}}, "sweep.count: missing"),
+    "too many": ({"sweep": {"count": 10**12}}, "sweep.count"),
+    "an unknown objective": ({"poses": {"objective": "Kxx"}}, "objective 'Kxx' is not known"),
+    "an unknown mode": ({"poses": {"mode": "++ ++"}}, "mode"),
+    "another format": ({"format": 2}, "format"),
+    "nothing sought": ({"optimise": {"limits": []}}, "optimise: seeks nothing"),
+    "sought twice": ({"optimise": {"maximise": ["mass"], "minimise": ["mass"]}}, "'mass' is sought twice"),
+    "limits that exclude each other": ({"optimise": {"minimise": ["mass"], "limits": [
+        {"quantity": "mean K_xx", "at_least": "5 N/um"}, {"quantity": "mean K_xx", "at_most": "4 N/um"}]}},
+        "mean K_xx at least 5 N/um, yet mean K_xx at most 4 N/um: no design can be both"),
+    "a limit without a bound": ({"optimise": {"minimise": ["mass"], "limits": [{"quantity": "mass"}]}}, "has no bound"),
+    "a limit of another unit": ({"optimise": {"minimise": ["mass"], "limits": [{"quantity": "mass", "at_most": "5 N"}]}},
+        "'N' is not a unit of mass"),
+    "more than all points": ({"optimise": {"minimise": ["mass"], "limits": [{"quantity": "reached", "at_least": 1.5}]}},
+        "it is a share, 1 at most"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", FILES)
+def test_studies_that_cannot_be(case: str, tmp_path: Path) -> None:
+    changes, words = FILES[case]
+    assert words in refused(tmp_path, **changes)
+
+
+def test_files_lie_beside_the_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "below"
+    folder.mkdir()
+    (folder / "own.toml").write_text(to_text(load("azulay").renamed("own")), encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    (folder / "study.toml").write_text(tomli_w.dumps(WHOLE | {"machines": ["own.toml"]}), encoding="utf-8")
+    assert read_study("below/study.toml").names == ["own"]
+
+
+def test_a_worker_makes_the_same_study_of_its_text(tmp_path: Path) -> None:
+    made = study(
+        tmp_path,
+        machines=["azulay@ball.rotation=free", "eclipse"],
+        variables=[LENGTH, {"scale": ["guide.radius"], "low": 0.8, "high": 1.1, "name": "size"}],
+        load={"force": ["10 N", "0 N", "0 N"]},
+    )
+    again = unpacked(made.packed)
+    assert again.packed == made.packed
+    assert again.fingerprint() == made.fingerprint()
+    assert again.names == ["azulay@ball.rotation=free", "eclipse"]
+    task = SweepTask(made.packed, sampling_of(made), 16)
+    assert np.array_equal(drawn(made, task.sampling, 3, 9), drawn(again, task.sampling, 0, 100)[3:9])
+
+
+def test_what_decides_results_makes_another_store(tmp_path: Path) -> None:
+    def fingerprint(**changes: Any) -> str:
+        made = study(tmp_path, **changes)
+        drawing = sampling_of(made)
+        return layout_of(made, drawing, chunk_of(made, drawing.count)).fingerprint
+
+    first = fingerprint()
+    assert fingerprint(optimise={"minimise": ["mass"]}) == first
+    others = [
+        {"sweep": {"count": 100, "seed": 1}}, {"sweep": {"count": 101}}, {"poses": {"steps": 4}}, {"quantities": ["mass"]},
+        {"machines": ["azulay-196"]}, {"variables": [{**LENGTH, "low": "206 mm"}]}, {"load": {"gravity": ["0 m/s^2"] * 3}},
+    ]  # fmt: skip
+    assert len({fingerprint(**change) for change in others} | {first}) == len(others) + 1
+
+
+@pytest.mark.parametrize("law", [Uniform(2.0, 5.0), LogUniform(0.1, 30.0), Normal(3.0, 0.5)])
+def test_laws_are_what_they_say(law: Law) -> None:
+    values = law.values((np.arange(20_001) + 0.5) / 20_001)
+    assert np.all(np.diff(values) > 0)
+    assert np.median(values) == pytest.approx(law.middle, rel=1e-3)
+    assert values.std() == pytest.approx(law.deviation, rel=2e-3)
+    assert law.low <= values.min() < values.max() <= law.high
+    uniform = {Uniform: lambda v: (v - 2) / 3, LogUniform: lambda v: np.log(v / 0.1) / np.log(300)}.get(type(law))
+    if uniform is not None:
+        assert kstest(uniform(values), "uniform").statistic < 1e-3
+
+
+def test_choices_are_equally_likely() -> None:
+    values = Choices(3).values(np.linspace(0, 1, 3001))
+    assert sorted(set(values)) == [0, 1, 2]
+    assert np.all(np.abs(np.bincount(values.astype(int)) - 1000) <= 1)
+
+
+def test_the_sweep_command_says_what_it_did(trivet: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    small = {"poses": {"steps": 1, "rolls": 12}, "sweep": {"method": "grid"}, "variables": [{**LENGTH, "steps": 3}]}
+    study(tmp_path, **small)
+    code, out, err = trivet("sweep", "study.toml", "--json")
+    assert code == 0, err
+    found = json.loads(out)
+    assert found["designs"] == 3
+    assert found["statuses"] == {"worked out": 3}
+    assert found["quantities"][1]["greatest_at"]["link.length_m"] == 0.225
+    before = {path: path.read_bytes() for path in (tmp_path / "study.zarr").rglob("*") if path.is_file()}
+    code, out, err = trivet("sweep", "study.toml")
+    assert code == 0, err
+    assert "3 designs, 3 worked out" in out
+    assert before == {path: path.read_bytes() for path in (tmp_path / "study.zarr").rglob("*") if path.is_file()}
+    study(tmp_path, **small, quantities=["mass"])
+    code, out, err = trivet("sweep", "study.toml")
+    assert code == 2
+    assert "quantities" in err
+    assert "Traceback" not in err
+
+
+def test_a_store_is_read_by_anyone(trivet: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    xarray = pytest.importorskip("xarray")
+    monkeypatch.chdir(tmp_path)
+    study(tmp_path, poses={"steps": 1, "rolls": 12}, sweep={"count": 5})
+    assert trivet("sweep", "study.toml", "--json")[0] == 0
+    data = xarray.open_zarr("study.zarr", consolidated=False)
+    assert data["mean K_xx"].attrs["units"] == "N/m"
+    assert data["link.length"].attrs["units"] == "m"
+    assert bool((data["status"] == 1).all())
