@@ -195,6 +195,7 @@ def test_gaps_of_a_front_are_filled_evenly():
     told = searched(binh_korn(), few(300), Polishing(points=30))
     places = told.values.objectives / np.ptp(told.values.objectives, axis=0)
     steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    assert told.is_polished.all()
     assert len(told.designs) >= 30 - 2
     assert steps.max() < 3 * 2 / 30
 
