@@ -6,6 +6,7 @@ import os
 from functools import singledispatch
 from typing import Any
 
+from trivet.design.sweep import Sweep
 from trivet.kinematics.forward import Forward
 from trivet.measure.imported import Imported
 from trivet.measure.modal.model import ModalFit
@@ -31,6 +32,7 @@ from trivet.show.plan import draw_plans
 from trivet.show.response import draw_response
 from trivet.show.singularity import draw_singularities
 from trivet.show.solids import draw_solids
+from trivet.show.sweep import draw_sweep
 from trivet.show.tilt import draw_tilts
 from trivet.show.update import draw_update
 from trivet.show.workspace import draw_orientations, draw_workspaces
@@ -264,3 +266,8 @@ def _(result: WorkspaceReport, path: str | os.PathLike[str], *, overwrite: bool 
 @figure.register
 def _(result: Update, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     draw_update(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: Sweep, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_sweep(result, path, overwrite=overwrite)
