@@ -127,8 +127,8 @@ class GivenSensitivity:
 
     __pydantic_config__ = STRICT
 
-    count: Annotated[int, Field(strict=True, ge=8, le=10_000_000)] = 1024
-    """Base samples; n variables ask for n + 2 designs of each."""
+    count: Annotated[int, Field(strict=True, ge=8, le=131_072)] = 1024
+    """Base samples, a power of two at best; n variables ask for n + 2 designs of each."""
     seed: Seed = 0
 
 

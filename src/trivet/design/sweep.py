@@ -203,6 +203,7 @@ def sweep(
     study: Study,
     store: str | os.PathLike[str],
     *,
+    drawing: Sampling | None = None,
     workers: int = 0,
     scheduler: str | None = None,
     progress: Progress = lambda done, total, remaining: None,
@@ -212,6 +213,7 @@ def sweep(
     Args:
         study: with quantities.
         store: folder to be made, or to go on with: one of the same study that was interrupted, or is done.
+        drawing: how designs are drawn; as the study file says when not given.
         workers: processes to be started on this machine; none for a thread of this one.
         scheduler: address of a dask scheduler, whose workers are taken instead.
         progress: called with designs that are done, all of them, and the seconds that the rest takes, where that is known.
@@ -221,7 +223,7 @@ def sweep(
         NoResultError: when the scheduler or all workers are lost.
     """
     asked = study.asking([own.name for own in study.quantities])
-    drawing = sampling_of(asked)
+    drawing = sampling_of(asked) if drawing is None else drawing
     chunk = chunk_of(asked, drawing.count)
     layout = layout_of(asked, drawing, chunk)
 
