@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import random
 import signal
@@ -244,6 +245,18 @@ def test_a_scheduler_that_is_not_there_is_named(tmp_path: Path, address: str, mo
     address = address.format(port=free_port())
     with pytest.raises(InputError, match=f"^{address}: no scheduler answers there .*start one"):
         worked(tmp_path / "s", scheduler=address)
+
+
+def test_a_notebook_may_ask_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whole: dict[str, bytes]) -> None:
+    monkeypatch.setattr("trivet.design.engine.cluster.ANSWER", 1.0)
+
+    async def cell() -> None:
+        with pytest.raises(InputError, match="not within 1 s"):
+            worked(tmp_path / "s", scheduler=f"tcp://127.0.0.1:{free_port()}")
+        worked(tmp_path / "s")
+
+    asyncio.run(cell())
+    assert files(tmp_path / "s") == whole
 
 
 def test_something_else_that_listens_is_no_scheduler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,6 +8,7 @@ import os
 import signal
 import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
 from multiprocessing import resource_tracker
 from typing import Any
@@ -64,7 +65,8 @@ def connected(workers: int, scheduler: str | None) -> AbstractContextManager[Cli
 def _found(address: str) -> Iterator[Client]:
     try:
         # First without a client, which would wait for ever where something else listens and does not answer.
-        kind = asyncio.run(_kind(address))
+        with ThreadPoolExecutor(1) as thread:  # of its own: in a notebook this one has a loop that runs
+            kind = thread.submit(asyncio.run, _kind(address)).result()
         client = Client(address, timeout=ANSWER, set_as_default=False) if kind == "Scheduler" else None
     except Exception as error:  # of any kind: something else may answer there
         said = str(error) or f"not within {ANSWER:.0f} s"
