@@ -188,7 +188,7 @@ def test_ends_are_the_least_of_each_objective_and_then_of_the_other():
     # The first objective is flat along x2, which the second wants at 0.6.
     toy = Toy(lambda x: ((x[0] ** 2,), ((x[0] - 1) ** 2 + (x[1] - 0.6) ** 2,)), [-1, -1], [1, 1])
     told = searched(toy, few(150), Polishing(points=8))
-    assert np.allclose(told.designs[[0, -1]], [[0, 0.6], [1, 0.6]], atol=1e-5)
+    assert np.allclose(told.designs[[0, -1]], [[0, 0.6], [1, 0.6]], atol=3e-5)
 
 
 def test_gaps_of_a_front_are_filled_evenly():
@@ -204,13 +204,14 @@ def test_gaps_of_a_front_are_filled_evenly():
 
 
 def test_designs_that_miss_constraints_are_led_to_where_they_are_met():
-    def kernel(x):  # a sliver evolution does not hit
-        return (x[0],), (x[1],), (1e3 * ((x[0] - 0.31) ** 2 + (x[1] - 0.64) ** 2) - 1e-6,)
+    def kernel(x):  # a small disc that evolution does not hit
+        return (x[0],), (x[1],), (10 * ((x[0] - 0.31) ** 2 + (x[1] - 0.64) ** 2) - 1e-5,)
 
     told = searched(Toy(kernel, [0, 0], [1, 1], constraints=("near",)), few(200), Polishing(points=6))
     offsets = told.designs - [0.31, 0.64]
-    assert np.allclose(np.linalg.norm(offsets, axis=1), 1e-6**0.5 / 1e3**0.5, rtol=1e-3)  # an arc
-    assert np.all(offsets <= 1e-7)
+    assert len(offsets) >= 5
+    assert np.allclose(np.linalg.norm(offsets, axis=1), 1e-3, rtol=1e-3)  # the arc towards the origin
+    assert np.all(offsets <= 1e-6)
 
 
 def test_a_single_design_that_meets_all_is_found():

@@ -15,6 +15,8 @@ NEXT = 2
 """Ranks kept beyond the first."""
 SCATTERED = 12
 """Designs kept of the first that were offered."""
+MANY = 8
+"""Designs at once, at least, that tell how far objectives lie apart: fewer may be all on one way of polishing."""
 NEAREST = 5
 """Designs kept that come nearest to all constraints."""
 
@@ -107,7 +109,7 @@ class Archive:
             self._keep_nearest(designs, values)
         fine = values.is_feasible
         designs, values = designs[fine], values.at(fine)
-        if self.usual is None and len(designs) > 1:
+        if self.usual is None and len(designs) >= MANY:
             self.usual = np.median(values.objectives, axis=0) - values.objectives.min(axis=0)
         self.designs = np.concatenate([self.designs, designs])
         self.values = Values(*(np.concatenate(both) for both in zip(self.values, values, strict=True)))

@@ -39,7 +39,9 @@ class Progress(NamedTuple):
 Tell = Callable[[Progress], None]
 
 
-def evolved(asked: Asked, how: Evolution, start: Array | None = None, tell: Tell | None = None) -> Archive:
+def evolved(
+    asked: Asked, how: Evolution, start: Array | None = None, tell: Tell | None = None, archive: Archive | None = None
+) -> Archive:
     """The best designs met; the same for the same seed, whatever is known beforehand.
 
     Args:
@@ -47,12 +49,14 @@ def evolved(asked: Asked, how: Evolution, start: Array | None = None, tell: Tell
         how: how long.
         start: designs (n, d) to begin with, beside random ones.
         tell: called after every generation.
+        archive: what takes in the best, an empty one where not given.
     """
     from pymoo.core.evaluator import Evaluator
     from pymoo.problems.static import StaticProblem
 
     problem, box = asked.problem, Box.of(asked.problem)
-    archive = Archive.empty(len(box.low), len(problem.objectives), len(problem.constraints))
+    if archive is None:
+        archive = Archive.empty(len(box.low), len(problem.objectives), len(problem.constraints))
     algorithm = _algorithm(asked, box, how, np.zeros((0, len(box.low))) if start is None else box.genes(np.asarray(start)))
     ends, done = time.monotonic() + how.seconds, 0
     while done < how.evaluations and (done == 0 or time.monotonic() < ends):

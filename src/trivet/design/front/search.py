@@ -1,12 +1,24 @@
-"""From a problem to its front: evolution, designs that meet the constraints, polishing."""
+"""From a problem to its front: evolution and polishing in turn, twice.
+
+Evolution finds where the front is, polishing puts designs onto it.  Crossing polished designs then finds pieces of the front
+that were missed, which a few designs far from it do not.
+"""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from trivet.design.front.archive import spread
 from trivet.design.front.evolution import Evolution, Tell, evolved
 from trivet.design.front.front import Front, told
 from trivet.design.front.polish import polished
 from trivet.design.front.polisher import Polishing
 from trivet.design.front.problem import Array, Asked, Memo, Problem
+
+FIRST = 0.6
+"""Part of the evolution that goes before any polishing."""
+HALF = 2
+"""What is polished in between has so many times fewer points, and so much less time."""
 
 
 def searched(
@@ -27,6 +39,18 @@ def searched(
         NoResultError: no design meets all constraints, or none has a value.
     """
     asked = Asked(problem, {} if memo is None else memo, evolution.population)
-    archive = evolved(asked, evolution, start, tell)
-    polished(asked, archive, polishing, tell)
+    first = int(FIRST * evolution.evaluations)
+    before = replace(evolution, evaluations=first, seconds=FIRST * evolution.seconds)
+    after = replace(
+        evolution, evaluations=evolution.evaluations - first, seconds=(1 - FIRST) * evolution.seconds, seed=evolution.seed + 1
+    )
+    archive = evolved(asked, before, start, tell)
+    if len(archive):
+        some = replace(polishing, points=-(-polishing.points // HALF), seconds=polishing.seconds / HALF)
+        polished(asked, archive, some, tell)
+    designs, values = archive.best if len(archive) else (archive.nearest[0], None)
+    if values is not None:
+        designs = designs[spread(values.objectives, evolution.population // 2)]
+    evolved(asked, after, designs, tell, archive)
+    polished(asked, archive, replace(polishing, seconds=polishing.seconds / HALF), tell)
     return told(problem, archive, polishing.points)
