@@ -60,6 +60,12 @@ def started(path: Path, chunks: int, wait: float, workers: int, scheduler: str =
     )  # fmt: skip
 
 
+def has_done(chunks: int, process: subprocess.Popen[str]) -> None:
+    """Wait until a run tells of so many chunks."""
+    assert process.stdout is not None
+    assert any(line.startswith(f"{chunks} ") for line in process.stdout)
+
+
 @contextmanager
 def dask(*arguments: str, **environment: str) -> Iterator[subprocess.Popen[str]]:
     """One of dask's commands, which is killed with all that it has started."""
@@ -120,14 +126,14 @@ def test_nothing_but_loopback_is_listened_to_and_nothing_is_left(tmp_path: Path,
 
 
 def test_a_killed_run_goes_on_to_the_same_store(tmp_path: Path, whole: dict[str, bytes]) -> None:
-    path, rng = tmp_path / "s", random.Random(5)
+    path, rng, before = tmp_path / "s", random.Random(5), 0
     for _ in range(3):
-        with started(path, 12, 0.1, 0) as process:
-            assert process.stdout is not None
-            process.stdout.readline()
+        with started(path, 12, 0.2, 0) as process:
+            has_done(before + 1, process)
             time.sleep(rng.uniform(0, 0.5))
             process.kill()
-    assert 0 < read(path).done.sum() < 12
+        before = int(read(path).done.sum())
+    assert 3 <= before < 12
     assert worked(path).done == 12
     assert files(path) == whole
 
@@ -199,17 +205,14 @@ def test_two_workers_of_a_cluster_make_the_same_store_and_losing_the_scheduler_l
         assert files(tmp_path / "s") == whole
         # One of the two dies while it works.
         with started(tmp_path / "killed", 12, 0.2, 0, address) as process:
-            assert process.stdout is not None
-            process.stdout.readline()
+            has_done(0, process)
             first.kill()
             out, err = process.communicate(timeout=60)
         assert (process.returncode, err) == (0, "")
         assert files(tmp_path / "killed") == whole
         # The scheduler dies.
         with started(tmp_path / "lost", 12, 0.2, 0, address) as process:
-            assert process.stdout is not None
-            while not process.stdout.readline().startswith("2 "):
-                pass
+            has_done(2, process)
             own.kill()
             out, err = process.communicate(timeout=60)
         assert process.returncode == NoResultError.exit_code, out
@@ -275,9 +278,7 @@ def test_an_interruption_from_the_keyboard_stops_at_once_and_leaves_what_is_done
     tmp_path: Path, workers: int, whole: dict[str, bytes]
 ) -> None:
     with started(tmp_path / "s", 12, 0.3, workers) as process:
-        assert process.stdout is not None
-        while not process.stdout.readline().startswith("2 "):
-            pass
+        has_done(2, process)
         os.killpg(process.pid, signal.SIGINT)  # as a terminal does: workers too
         _, err = process.communicate(timeout=30)
     assert process.returncode == -signal.SIGINT

@@ -13,6 +13,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -370,10 +371,18 @@ def test_no_digest_is_written_before_its_chunk_is_on_the_disk(tmp_path: Path, mo
     assert named[digest + 1 :] == ["fsync digest/c"]
 
 
-def test_more_than_the_disk_holds_is_refused_at_once(tmp_path: Path) -> None:
-    columns = tuple(Column(f"q{k}", "", "") for k in range(100))
-    with pytest.raises(InputError, match="MB, the disk has room for"):
-        open_store(tmp_path / "s", Layout(columns, 10**9, 10**6, {}))
+def test_more_than_the_disk_holds_is_refused_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with open_store(tmp_path / "s", LAYOUT) as store:
+        store.write(0, chunk_of(0))
+        store.write(1, chunk_of(1))
+    taken = 3 * (5 * (3 * 8 + 1) + 8)  # of three chunks that are still to come: columns, statuses and a digest
+    for free in (taken - 1, taken):
+        monkeypatch.setattr(shutil, "disk_usage", lambda _, free=free: SimpleNamespace(free=free))
+        if free < taken:
+            with pytest.raises(InputError, match="MB, the disk has room for"):
+                open_store(tmp_path / "s", LAYOUT)
+        else:
+            open_store(tmp_path / "s", LAYOUT).close()
 
 
 def test_failures_are_told_and_survive_damage(tmp_path: Path) -> None:
