@@ -322,5 +322,7 @@ def test_discrete_variables_are_held_by_a_model_and_bounds_kept():
 
 def test_more_points_have_more_volume():
     fronts = [searched(osy(), few(), Polishing(points=points)).values.objectives for points in (8, 40)]
+    assert 6 <= len(fronts[0]) <= 8
+    assert 36 <= len(fronts[1]) <= 40
     ideal, reference = box(*fronts)
     assert volume(fronts[0], ideal, reference) < volume(fronts[1], ideal, reference)
