@@ -7,6 +7,7 @@ The first line of a block names its kind, then what is special about it; GitHub 
     ```python                      run
     ```toml                        a machine file, which lies there for what follows
     ```toml set-up                 a file of a test set-up, read
+    ```toml study                  a study file, read, which lies there for what follows as study.toml
     ```toml piece                  keys and values out of a file, read as TOML
     ```csv                         a table of measured responses, read
     ```math                        an equation, which the site sets
@@ -25,7 +26,7 @@ from typing import NamedTuple
 from markdown_it import MarkdownIt
 
 KINDS = (
-    "console", "console not run", "python", "toml", "toml set-up", "toml piece", "csv", "math", "text", "text usage",
+    "console", "console not run", "python", "toml", "toml set-up", "toml study", "toml piece", "csv", "math", "text", "text usage",
     "text not run",
 )  # fmt: skip
 _COMMAND = re.compile(r"\$ (.*)\n((?:(?!\$ ).*\n)*)")

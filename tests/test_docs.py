@@ -96,6 +96,9 @@ class Reader:
             case "toml set-up":
                 Path("shown.toml").write_text(text, encoding="utf-8")
                 t.read_setup("shown.toml")
+            case "toml study":
+                Path("study.toml").write_text(text, encoding="utf-8")
+                t.read_study("study.toml")
             case "toml piece":
                 tomllib.loads(text)
             case "csv":

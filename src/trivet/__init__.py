@@ -16,6 +16,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from trivet.chatter.cut import Cut
+    from trivet.design.optimisation import Optimisation, optimise
+    from trivet.design.study import Study, read_study
+    from trivet.design.sweep import Sweep, sweep
+    from trivet.design.writing import write_machines
     from trivet.errors import InputError, NoResultError, TrivetError
     from trivet.interop.calculix import to_calculix, write_calculix
     from trivet.interop.mjcf import to_mjcf, write_mjcf
@@ -81,6 +85,10 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "trivet.chatter.cut": ("Cut",),
+    "trivet.design.optimisation": ("Optimisation", "optimise"),
+    "trivet.design.study": ("Study", "read_study"),
+    "trivet.design.sweep": ("Sweep", "sweep"),
+    "trivet.design.writing": ("write_machines",),
     "trivet.errors": ("InputError", "NoResultError", "TrivetError"),
     "trivet.interop.calculix": ("to_calculix", "write_calculix"),
     "trivet.interop.mjcf": ("to_mjcf", "write_mjcf"),
@@ -156,19 +164,20 @@ _HOMES = {
 __all__ = [
     "Accuracy", "Atlas", "Change", "Channel", "Comparison", "ConePlan", "Correlation", "Cut", "DynamicComparison",
     "DynamicsReport", "Family", "Forward", "Free", "FrequencyResponse", "Functions", "Goal", "Heat", "InputError", "Limits",
-    "Loading", "Lobes", "LobesAlong", "LockSets", "LocksAdvised", "Machine", "Minimum", "Misalignment", "ModalFit", "ModePaths",
-    "ModesReport", "MotionReport", "NoResultError", "OrientationReport", "Plan", "PlanStudy", "Play", "PoseReport",
-    "Positioning", "RedundantPath", "Simulation", "SingularityMap", "SingularityReport", "SolidCheck", "StiffnessMap",
-    "Surface", "TiltReport", "TiltStudy", "Tolerance", "Tolerances", "Trajectory", "TrivetError", "Update", "WorkspaceReport",
-    "WorkspaceStudy", "accuracy", "advice", "advise_locks", "along", "along_path", "atlas", "catalogue", "circle", "compare",
-    "compare_dynamics", "cone", "correlate", "dimensions", "dynamics_report", "figure", "fit_modes", "forward", "frf",
-    "hemisphere", "import_files", "in_block", "load", "lobes", "lobes_along", "lock_sets", "minimum_dynamic_stiffness", "modes",
-    "modes_along", "motion", "orientation_workspace", "over_hemisphere", "parse", "plan", "plan_along", "plans", "pose",
-    "read_functions", "read_path", "read_setup", "read_tolerances", "read_universal", "redundant_path", "save",
+    "Loading", "Lobes", "LobesAlong", "LockSets", "LocksAdvised", "Machine", "Minimum", "Misalignment", "ModalFit",
+    "ModePaths", "ModesReport", "MotionReport", "NoResultError", "Optimisation", "OrientationReport", "Plan", "PlanStudy",
+    "Play", "PoseReport", "Positioning", "RedundantPath", "Simulation", "SingularityMap", "SingularityReport", "SolidCheck",
+    "StiffnessMap", "Study", "Surface", "Sweep", "TiltReport", "TiltStudy", "Tolerance", "Tolerances", "Trajectory",
+    "TrivetError", "Update", "WorkspaceReport", "WorkspaceStudy", "accuracy", "advice", "advise_locks", "along",
+    "along_path", "atlas", "catalogue", "circle", "compare", "compare_dynamics", "cone", "correlate", "dimensions",
+    "dynamics_report", "figure", "fit_modes", "forward", "frf", "hemisphere", "import_files", "in_block", "load", "lobes",
+    "lobes_along", "lock_sets", "minimum_dynamic_stiffness", "modes", "modes_along", "motion", "optimise",
+    "orientation_workspace", "over_hemisphere", "parse", "plan", "plan_along", "plans", "pose", "read_functions",
+    "read_path", "read_setup", "read_study", "read_tolerances", "read_universal", "redundant_path", "save",
     "save_functions", "save_responses", "schema", "simulate", "singularity_map", "singularity_report", "solid_check",
-    "stiffness_map", "straight", "switched", "through", "tilt", "tilts", "timed", "to_calculix", "to_mjcf", "to_text",
-    "to_urdf", "update", "workspace", "workspaces", "write", "write_calculix", "write_mjcf", "write_report", "write_universal",
-    "write_urdf", "zyz_frame",
+    "stiffness_map", "straight", "sweep", "switched", "through", "tilt", "tilts", "timed", "to_calculix", "to_mjcf",
+    "to_text", "to_urdf", "update", "workspace", "workspaces", "write", "write_calculix", "write_machines", "write_mjcf",
+    "write_report", "write_universal", "write_urdf", "zyz_frame",
 ]  # fmt: skip
 
 
