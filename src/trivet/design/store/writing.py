@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Self
 
 import numpy as np
 
-from trivet.design.store.disk import Lock, content, is_unfinished, put, settle, told
+from trivet.design.store.disk import Lock, content, is_unfinished, put_all, settle, told
 from trivet.design.store.faults import Fault, faults_of
 from trivet.design.store.kept_failures import FILE, Failure, failures_in, keep
 from trivet.design.store.layout import DIGEST, STATUS, Array, Chunk, Layout
 from trivet.design.store.recognising import check
 from trivet.design.store.scratch import WIDTH, Scratch, digest_of, key_of
+from trivet.errors import InputError
 from trivet.files import check_room
 
 
@@ -30,6 +32,8 @@ def open_store(path: str | os.PathLike[str], layout: Layout) -> Store:
     with told(root, "made"):
         root.mkdir(exist_ok=True)
         (root / STATUS).mkdir(exist_ok=True)
+    with suppress(InputError):  # a folder that may not be read
+        settle(root.absolute().parent)
     lock = Lock(root / STATUS, root)
     try:
         check(root, scratch)  # once more: another process may have made it meanwhile
@@ -83,11 +87,8 @@ class Store:
             InputError: where it cannot be written: no room, say.
         """
         files = self._scratch.encoded(k, chunk)
-        for key, data in files.items():
-            put(self.path / key, data)
-        settle((self.path / key).parent for key in files)
-        put(self.path / key_of(DIGEST, k), digest_of(self.layout, files))
-        settle([self.path / DIGEST / "c"])
+        put_all({self.path / key: data for key, data in files.items()})
+        put_all({self.path / key_of(DIGEST, k): digest_of(self.layout, files)})
         self.done[k] = True
         if self._failures.pop(k, None) is not None:
             keep(self.path, self._failures)
@@ -123,8 +124,8 @@ class Store:
                 if folder != self.path:
                     (folder / "c").mkdir(exist_ok=True)
             if content(self.path / key) != data:
-                put(self.path / key, data)
-                settle([folder, self.path])
+                put_all({self.path / key: data})
+                settle(self.path)
 
     def _sweep(self) -> None:
         """Remove what was being written when a process died."""
