@@ -51,7 +51,8 @@ class Limit:
     @property
     def words(self) -> str:
         """In words."""
-        return f"{self.asked.name} at {'least' if self.sign < 0 else 'most'} {self.asked.kind.write(self.bound)}"
+        bound = self.asked.kind.write(self.bound) if self.asked.kind.si else f"{self.bound:g}"
+        return f"{self.asked.name} at {'least' if self.sign < 0 else 'most'} {bound}"
 
     @property
     def size(self) -> float:
