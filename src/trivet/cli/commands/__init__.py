@@ -2,6 +2,7 @@
 
 NAMES = (
     "list", "show", "view", "pose", "map", "compare", "forward", "singularity", "tilt", "workspace", "plan", "modes", "frf",
-    "lobes", "locks", "solids", "dynamics", "simulate", "sweep", "optimise", "report", "reproduce", "export", "schema",
+    "lobes", "locks", "solids", "dynamics", "simulate", "sweep", "optimise", "sensitivity", "report", "reproduce",
+    "export", "schema",
 )  # fmt: skip
 """Commands in the order of the help; each is the module of its name."""

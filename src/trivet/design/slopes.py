@@ -1,0 +1,144 @@
+"""Slopes of a machine's quantities by the variables, at the design which the machine is as described.
+
+By JAX, with best rolls that follow (`following.py`); what only a study of its own knows by central differences.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+from trivet.design.evaluation import Evaluation
+from trivet.design.following import Follower, Held, nowhere
+from trivet.design.laws import Law, LogUniform, Uniform
+from trivet.design.looked import Stand
+from trivet.design.quantities import HOME, REACHED, Quantity, reduced
+from trivet.design.studied import Studied
+from trivet.design.study import Study
+from trivet.design.variables import machine_of
+from trivet.space.scalar import Scalar
+
+Array = NDArray[Any]
+
+STEP = 1e-4
+"""Of a central difference, as a part of a variable's range."""
+
+
+class FirstOrder(NamedTuple):
+    """Quantities (q,) of one machine to first order in d variables; SI."""
+
+    design: Array
+    """(d,) the machine as described; of choices the number of one in the middle."""
+    value: Array
+    """(q,) NaN where there is none."""
+    slope: Array
+    """(q, d) per unit of each variable; NaN by choices, and of the share of poses that are reached, which goes by steps."""
+    deviation: Array
+    """(d,) standard deviations of the variables (log-uniform: of the logarithm, times the value); NaN of choices."""
+
+    @property
+    def contributions(self) -> Array:
+        """(q, d) what each variable adds to the standard deviation of a quantity, with its sign."""
+        return self.slope * self.deviation
+
+    @property
+    def deviations(self) -> Array:
+        """(q,) standard deviations of the quantities, of independent variables; choices are left out."""
+        return np.sqrt(_sum(self.contributions**2))
+
+    @property
+    def shares(self) -> Array:
+        """(q, d) of the variance."""
+        with np.errstate(invalid="ignore"):
+            return self.contributions**2 / _sum(self.contributions**2)[:, None]
+
+    @property
+    def elasticities(self) -> Array:
+        """(q, d) relative change of the quantity per relative change of the variable."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.where(self.value[:, None] == 0, np.nan, self.slope * self.design / self.value[:, None])
+
+
+def first_order(study: Study, place: int) -> FirstOrder:
+    """Quantities of one of a study's machines to first order."""
+    single = study.of(place).climbing()
+    design = single.described_of(0)
+    smooth = {k: own for k, own in enumerate(single.quantities) if isinstance(own, Quantity) and own.name != REACHED}
+    value = np.full(len(single.quantities), np.nan)
+    slope = np.full((len(value), len(design)), np.nan)
+    if smooth:
+        value[list(smooth)], slope[list(smooth)] = _by_jax(single, design, list(smooth.values()))
+    for k, own in enumerate(single.quantities):
+        if k not in smooth:
+            value[k] = _at(single, own.name, design[None])[0]
+        if isinstance(own, Studied):
+            slope[k] = _by_differences(single, own.name, design)
+    is_discrete = np.array([variable.is_discrete for variable in single.variables])
+    deviation = np.array([_deviation(variable.law, own) for variable, own in zip(single.variables, design, strict=True)])
+    slope[:, is_discrete] = np.nan
+    return FirstOrder(design, value, slope, np.where(is_discrete, np.nan, deviation))
+
+
+def _deviation(law: Law, value: float) -> float:
+    """Of what spans decades a straight line in the logarithm tells more than one in the value."""
+    return value * Uniform(math.log(law.low), math.log(law.high)).deviation if isinstance(law, LogUniform) else law.deviation
+
+
+def _by_jax(single: Study, design: Array, asked: list[Quantity]) -> tuple[Array, Array]:
+    """Values (q,) and slopes (q, d)."""
+    stand = partial(_stand, single)
+    widths = np.array([variable.law.high - variable.law.low for variable in single.variables])
+    over_points = any(own.is_over_points for own in asked)
+    held = Follower(stand, widths).about(design) if over_points else nowhere(design)
+
+    def values(design: Any, held: Held) -> Any:
+        found = jnp.stack([_value(own, stand(design), design, held) for own in asked])
+        return found, found
+
+    slopes, found = jax.jit(jax.jacfwd(values, has_aux=True))(design, held)
+    return np.asarray(found), np.asarray(slopes)
+
+
+def _stand(single: Study, design: Any) -> Stand:
+    """The machine of a design, traced."""
+    subject = single.subjects[0]
+    machine = machine_of(subject.machine, 0, single.variables, list(jnp.asarray(design)))
+    return Stand(machine, subject.points, subject.signs, subject.scene, single.load)
+
+
+def _value(own: Quantity, stand: Stand, design: Any, held: Held) -> Scalar:
+    """A quantity, with rolls that follow."""
+    if own.field is None or own.reduction == HOME:
+        return own.value(stand)
+    return reduced(own.field.values(held.looked(stand, design)), held.reached, own.reduction)
+
+
+def _by_differences(single: Study, name: str, design: Array) -> Array:
+    """Slopes (d,) of a quantity; within the range of each variable."""
+    found = np.full(len(design), np.nan)
+    for k, variable in enumerate(single.variables):
+        if variable.actions[0] is None:
+            found[k] = 0.0
+        elif not variable.is_discrete:
+            low, high = variable.law.low, variable.law.high
+            both = np.repeat(design[None], 2, axis=0)
+            both[:, k] = np.clip(design[k] + np.array([-1, 1]) * STEP * (high - low), low, high)
+            found[k] = np.diff(_at(single, name, both))[0] / np.diff(both[:, k])[0]
+    return found
+
+
+def _at(single: Study, name: str, designs: Array) -> Array:
+    """A quantity (n,) of designs."""
+    return Evaluation(single.asking([name]), len(designs))(designs).values[:, 0]
+
+
+def _sum(squares: Array) -> Array:
+    """(q,) over the variables which have slopes; NaN where none has."""
+    total: Array = np.nansum(squares, axis=1)
+    return np.where(np.isfinite(squares).any(axis=1), total, np.nan)

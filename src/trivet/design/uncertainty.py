@@ -1,0 +1,146 @@
+"""How uncertain quantities are, and what makes them so: to first order, by Sobol indices, and what is left of orderings."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trivet.design.engine import Outcome
+from trivet.design.orderings import Order, Pair, orders, pairs
+from trivet.design.sampling import Saltelli
+from trivet.design.slopes import FirstOrder, first_order
+from trivet.design.sobol import Indices, indices
+from trivet.design.study import Study
+from trivet.design.sweep import Progress, Sweep, sweep
+from trivet.errors import InputError, NoResultError
+
+Array = NDArray[Any]
+
+QUANTILES = (0.05, 0.5, 0.95)
+
+
+class Spread(NamedTuple):
+    """How a quantity is spread over the samples that have it; SI, NaN where none has."""
+
+    samples: int
+    """That have it."""
+    mean: float
+    deviation: float
+    """Of the population."""
+    quantiles: tuple[float, ...]
+    """At 5, 50 and 95 %."""
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """A study with its variables as unknowns: quantities are `study.columns`."""
+
+    swept: Sweep
+    """The designs of all samples."""
+    sampling: Saltelli
+    first: tuple[FirstOrder, ...]
+    """Per machine."""
+
+    @property
+    def study(self) -> Study:
+        """What was asked."""
+        return self.swept.study
+
+    @property
+    def samples(self) -> int:
+        """Samples of independent variables: two of every base sample."""
+        return 2 * self.sampling.base
+
+    @cached_property
+    def spreads(self) -> list[Spread]:
+        """Per column."""
+        return [_spread(self._drawn(name)) for name in self.swept.quantities]
+
+    @cached_property
+    def indices(self) -> list[Indices]:
+        """Per column."""
+        return [indices(self._values(name)) for name in self.swept.quantities]
+
+    @cached_property
+    def pairs(self) -> list[list[Pair]]:
+        """Per quantity every two machines; none of a single machine."""
+        return [pairs(one) for one in self._compared()]
+
+    @cached_property
+    def orders(self) -> list[list[Order]]:
+        """Per quantity the orders of all machines that occur, the most frequent first; none of a single machine."""
+        return [orders(one) for one in self._compared()]
+
+    def described(self, column: int) -> float:
+        """A column's quantity of the machine as described."""
+        return float(self.first[self.study.columns[column].place].value[self._asked(column)])
+
+    def deviation(self, column: int) -> float:
+        """Its standard deviation to first order."""
+        return float(self.first[self.study.columns[column].place].deviations[self._asked(column)])
+
+    def _asked(self, column: int) -> int:
+        """Which of the quantities a column is of."""
+        return column // len(self.study.subjects)
+
+    def _compared(self) -> list[Array]:
+        """Per quantity (samples, machines)."""
+        machines = len(self.study.subjects)
+        if machines < 2:
+            return []
+        names = self.swept.quantities
+        own = [names[k : k + machines] for k in range(0, len(names), machines)]
+        return [np.column_stack([self._drawn(name) for name in group]) for group in own]
+
+    def _values(self, name: str) -> Array:
+        """(base, d + 2)."""
+        return self.swept.results.column(name, 0, self.swept.count).reshape(self.sampling.base, -1)
+
+    def _drawn(self, name: str) -> Array:
+        """(samples,) of variables that are independent of each other."""
+        return self._values(name)[:, [0, -1]].reshape(-1)
+
+
+def uncertainty(
+    study: Study,
+    store: str | os.PathLike[str],
+    *,
+    workers: int = 0,
+    scheduler: str | None = None,
+    progress: Progress = lambda done, total, remaining: None,
+) -> tuple[Uncertainty, Outcome]:
+    """Take a study's variables as unknowns, independent of each other.
+
+    Args:
+        study: with quantities; `sensitivity.count` of it says how many base samples.
+        store: folder of the samples, made or gone on with, as of `sweep`; so are the other arguments.
+
+    Raises:
+        InputError: for a study without quantities, variables of which none varies, or as of `sweep`.
+        NoResultError: where most samples lack every quantity, or as of `sweep`.
+    """
+    given, asked = study.given.sensitivity, study.asking([own.name for own in study.quantities])
+    if not any(variable.law.deviation > 0 for variable in asked.variables):
+        raise InputError("variables: none of them varies; give one a range, a deviation or a second choice")
+    drawing = Saltelli(given.count, len(asked.variables), given.seed)
+    first = tuple(first_order(asked, place) for place in range(len(asked.subjects)))
+    swept, outcome = sweep(asked, store, drawing=drawing, workers=workers, scheduler=scheduler, progress=progress)
+    found = Uncertainty(swept, drawing, first)
+    most = max(spread.samples for spread in found.spreads)
+    if most * 2 < found.samples and not outcome.failures:
+        raise NoResultError(
+            f"of {found.samples:,} samples {most:,} at most have a quantity; ranges reach too far beyond what the machines can"
+        )
+    return found, outcome
+
+
+def _spread(values: Array) -> Spread:
+    own = values[np.isfinite(values)]
+    if not len(own):
+        return Spread(0, np.nan, np.nan, (np.nan,) * len(QUANTILES))
+    return Spread(len(own), float(own.mean()), float(own.std()), tuple(float(q) for q in np.quantile(own, QUANTILES)))
