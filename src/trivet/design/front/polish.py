@@ -14,8 +14,6 @@ from trivet.design.front.problem import Array, Asked
 
 MEMBERS = 24
 """Members polished before gaps are filled, at most: from then on less is won by them."""
-HELD = 1e-10
-"""By how much an objective that is least may be missed for the sake of others, as a part of the front's extent."""
 CLOSE = 0.3
 """Gaps this short, beside those of evenly spread points, stay."""
 SHORTER = 0.5
@@ -47,12 +45,7 @@ def _polish_ends(polisher: Polisher) -> None:
         designs, values = polisher.archive.best
         width, own = polisher.width, np.eye(polisher.many)[i]
         reference = np.where(own > 0, values.objectives[:, i].min(), np.inf)
-        end = polisher.towards(designs[values.objectives[:, i].argmin()], reference, own * width)
-        if polisher.many > 1:
-            # A little above its least: at that itself, slopes are zero and say nothing of where it may go.
-            held = end.both[: polisher.many] + HELD * own * width
-            end = polisher.towards(end.design, held, (1 - own) * width)
-        polisher.finish(end)
+        polisher.finish(polisher.towards(designs[values.objectives[:, i].argmin()], reference, own * width))
 
 
 def _polish_members(polisher: Polisher) -> None:

@@ -24,6 +24,10 @@ MISSES = 4
 """Ways that lead to nothing better, at most; those that promised nothing count twice."""
 BACK = (1.0, 0.5, 0.1, 0.01)
 """Parts of the way to what the model promises, tried together."""
+LOOSE = 1e-6
+"""Room of an objective, as a part of the front's extent, that is used."""
+HELD = 1e-10
+"""By how much others may be missed for its sake."""
 THIN = 1e-6
 """Extent of a front, as a part of what objectives usually differ by, below which it counts as none."""
 
@@ -105,10 +109,21 @@ class Polisher:
         return key in (one.design.tobytes() for one in self.front)
 
     def towards(self, start: Array, reference: Array, direction: Array) -> Point:
-        """The best design found from one (d,) for the least t with objectives <= reference + t direction, (m,) both; never
-        worse than that one."""
-        goal = improving(reference, direction, self.width, len(self.asked.problem.constraints))
-        return self.pursued(start, goal)
+        """The best design found from one (d,) for the least t with objectives <= reference + t direction, (m,) both; then for
+        less of those objectives that leave room under theirs, the others held."""
+        width, constraints = self.width, len(self.asked.problem.constraints)
+        point = self.pursued(start, improving(reference, direction, width, constraints))
+        for _ in range(self.many - 1):
+            reached = point.both[: self.many]
+            aimed = direction > 0
+            t = np.max((reached[aimed] - reference[aimed]) / direction[aimed])
+            is_loose = (aimed | np.isinf(reference)) & (reference + t * direction - reached > LOOSE * width)
+            if not is_loose.any() or not np.isfinite(point.both).all() or self.is_late:
+                break
+            # A little above what is reached: where it is least, slopes are zero and say nothing of where others may go.
+            reference, direction = reached + HELD * width * ~is_loose, width * is_loose
+            point = self.pursued(point.design, improving(reference, direction, width, constraints))
+        return point
 
     def improve(self, start: Array, objectives: Array) -> None:
         """Polishes a design (d,) towards less of all objectives (m,), while there is time."""
