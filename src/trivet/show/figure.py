@@ -6,7 +6,9 @@ import os
 from functools import singledispatch
 from typing import Any
 
+from trivet.design.optimisation import Optimisation
 from trivet.design.sweep import Sweep
+from trivet.design.uncertainty import Uncertainty
 from trivet.kinematics.forward import Forward
 from trivet.measure.imported import Imported
 from trivet.measure.modal.model import ModalFit
@@ -19,6 +21,7 @@ from trivet.show.cone import draw_cone
 from trivet.show.correlation import draw_correlation
 from trivet.show.drawing import draw
 from trivet.show.dynamic_comparison import draw_dynamics, draw_whole
+from trivet.show.front import draw_front
 from trivet.show.histories import draw_motion, draw_simulation
 from trivet.show.lobes import draw_lobes
 from trivet.show.locks import draw_locks
@@ -34,6 +37,7 @@ from trivet.show.singularity import draw_singularities
 from trivet.show.solids import draw_solids
 from trivet.show.sweep import draw_sweep
 from trivet.show.tilt import draw_tilts
+from trivet.show.uncertainty import draw_uncertainty
 from trivet.show.update import draw_update
 from trivet.show.workspace import draw_orientations, draw_workspaces
 from trivet.study.accuracy import Accuracy
@@ -65,13 +69,13 @@ from trivet.study.workspace import OrientationReport, WorkspaceReport, Workspace
 
 @singledispatch
 def figure(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-    """Draw a machine, a pose, assembly modes, singularities, a map, a comparison, modes, responses, a motion or a simulation.
+    """Draw a machine, a pose, a map, a comparison, modes, responses, a motion, a plan, a sweep or what else trivet gives.
 
     Args:
         result: a Machine (at home), or what `pose`, `forward`, `singularity_report`, `stiffness_map`, `singularity_map`,
             `compare`, `compare_dynamics`, `modes`, `modes_along`, `frf`, `lobes`, `lobes_along`, `advise_locks`,
             `redundant_path`, `solid_check`, `motion`,
-            `simulate`, `tilt`, `workspace`, `plan`, `cone` or `accuracy` gave.
+            `simulate`, `tilt`, `workspace`, `plan`, `cone`, `accuracy`, `optimise` or (the first of two results) `sweep` gave.
         path: file to write; .png is a picture, .html a page that needs no network.
         overwrite: whether the file may be replaced.
 
@@ -80,7 +84,7 @@ def figure(result: Any, path: str | os.PathLike[str], *, overwrite: bool = False
     """
     raise TypeError(
         f"no figure of a {type(result).__name__}; machines, poses, maps, comparisons, responses, motions, simulations, "
-        "tilts, workspaces and plans can be drawn"
+        "tilts, workspaces, plans, sweeps and optimisations can be drawn"
     )
 
 
@@ -271,3 +275,13 @@ def _(result: Update, path: str | os.PathLike[str], *, overwrite: bool = False) 
 @figure.register
 def _(result: Sweep, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     draw_sweep(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: Optimisation, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_front(result, path, overwrite=overwrite)
+
+
+@figure.register
+def _(result: Uncertainty, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    draw_uncertainty(result, path, overwrite=overwrite)

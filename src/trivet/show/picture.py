@@ -19,7 +19,7 @@ _PATCH = {"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none
 """What words stand on."""
 
 _LIGHT = np.array((0.35, -0.45, 0.82)) / np.linalg.norm((0.35, -0.45, 0.82))
-_VIEW = {"elev": 24, "azim": -58}
+VIEW = {"elev": 24, "azim": -58}
 _ROOM = (0.70, 0.74)
 """Share of the page, across and up, that the box around the machine may fill."""
 
@@ -53,7 +53,7 @@ def _set_view(figure: Any, axes: Any, painted: list[Painted]) -> None:
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.grid(color="#D9D9D9", linewidth=0.6)
     axes.set_proj_type("persp", focal_length=1.6)
-    axes.view_init(**_VIEW)
+    axes.view_init(**VIEW)
     axes.set_xlabel("x, mm", labelpad=8)
     axes.set_ylabel("y, mm", labelpad=8)
     axes.set_zlabel("z, mm", labelpad=8)
@@ -76,7 +76,12 @@ def _on_page(axes: Any, points: Array) -> Array:
 
 
 def _facets(axes: Any, item: Painted) -> Facets:
-    """The triangles of a shape on the page, lit from the upper left."""
+    vertices, faces, colours = lit(item)
+    return Facets(_on_page(axes, vertices)[faces], colours, item.opacity)
+
+
+def lit(item: Painted) -> tuple[Array, Array, Array]:
+    """Vertices (n, 3) in m, triangles (m, 3) and colours of the triangles (m, 3) of a shape that is lit from the upper left."""
     from matplotlib.colors import to_rgb
 
     vertices, faces = item.shape.mesh()
@@ -84,8 +89,7 @@ def _facets(axes: Any, item: Painted) -> Facets:
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     sizes = np.linalg.norm(normals, axis=1)
     bright = np.clip(normals @ _LIGHT / np.where(sizes > 0, sizes, 1), 0, 1)
-    colours = np.array(to_rgb(item.colour)) * (0.62 + 0.38 * bright)[:, None]
-    return Facets(_on_page(axes, vertices)[faces], colours, item.opacity)
+    return vertices, faces, np.array(to_rgb(item.colour)) * (0.62 + 0.38 * bright)[:, None]
 
 
 def _name_frames(figure: Any, axes: Any, labels: tuple[Label, ...]) -> None:
