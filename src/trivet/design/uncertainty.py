@@ -52,6 +52,18 @@ class Uncertainty:
         return self.swept.study
 
     @property
+    def short_names(self) -> list[str]:
+        """Machines without their settings, where that tells them apart."""
+        short = [name.partition("@")[0] for name in self.study.names]
+        return short if len(set(short)) == len(short) else self.study.names
+
+    @property
+    def column_names(self) -> list[str]:
+        """Quantities, with their machines where there are several."""
+        names = self.short_names
+        return [c.asked.name if len(names) == 1 else f"{c.asked.name} of {names[c.place]}" for c in self.study.columns]
+
+    @property
     def samples(self) -> int:
         """Samples of independent variables: two of every base sample."""
         return 2 * self.sampling.base

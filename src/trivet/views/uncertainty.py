@@ -10,7 +10,6 @@ import numpy as np
 from trivet.design.engine import Outcome
 from trivet.design.laws import Choices, LogUniform, Normal
 from trivet.design.orderings import Share
-from trivet.design.study import Study
 from trivet.design.uncertainty import Uncertainty
 from trivet.design.variables import Variable
 from trivet.views.layout import more, table
@@ -26,7 +25,7 @@ def tables(result: Uncertainty, outcome: Outcome) -> Iterator[Any]:
     """Variables, how quantities are spread, what makes them so in two ways, and orderings of machines."""
     statuses = "; ".join(f"{count:,} {word}" for word, count in result.swept.statuses.items())
     base, designs = result.sampling.base, result.swept.count
-    yield f"{', '.join(short_names(result.study))}: {base:,} base samples, {designs:,} designs, {statuses}"
+    yield f"{', '.join(result.short_names)}: {base:,} base samples, {designs:,} designs, {statuses}"
     yield _variables(result)
     yield _spreads(result)
     columns = range(len(result.study.columns))
@@ -44,18 +43,6 @@ def tables(result: Uncertainty, outcome: Outcome) -> Iterator[Any]:
         yield _orders(result)
     yield from (f"mended: {fault}" for fault in outcome.mended)
     yield from (f"left out: {failure}" for failure in outcome.failures)
-
-
-def short_names(study: Study) -> list[str]:
-    """Machines without their settings, where that tells them apart."""
-    short = [name.partition("@")[0] for name in study.names]
-    return short if len(set(short)) == len(short) else study.names
-
-
-def column_names(study: Study) -> list[str]:
-    """Quantities with their machines where there are several."""
-    names = short_names(study)
-    return [c.asked.name if len(names) == 1 else f"{c.asked.name} of {names[c.place]}" for c in study.columns]
 
 
 def law_words(variable: Variable) -> str:
@@ -82,7 +69,7 @@ def _variables(result: Uncertainty) -> Any:
 def _spreads(result: Uncertainty) -> Any:
     heads = ("samples", "as described", "mean", "5 %", "50 %", "95 %", "deviation", "to first order")
     rows = table(f"quantities over {result.samples:,} samples", "", "unit", *heads, left=2)
-    for k, (name, one) in enumerate(zip(column_names(result.study), result.spreads, strict=True)):
+    for k, (name, one) in enumerate(zip(result.column_names, result.spreads, strict=True)):
         kind = result.study.columns[k].asked.kind
         values = (result.described(k), one.mean, *one.quantiles, one.deviation, result.deviation(k))
         rows.add_row(name, unit(kind), f"{one.samples:,}", *(number(kind, value, 4) for value in values))
@@ -92,7 +79,7 @@ def _spreads(result: Uncertainty) -> Any:
 def _by_variable(result: Uncertainty, title: str, cells: Sequence[Sequence[str]]) -> Any:
     """A row per quantity, a column per variable."""
     rows = table(title, "", *(variable.name for variable in result.study.variables))
-    for name, row in zip(column_names(result.study), cells, strict=True):
+    for name, row in zip(result.column_names, cells, strict=True):
         rows.add_row(name, *row)
     return rows
 
@@ -122,7 +109,7 @@ def _notes(result: Uncertainty) -> Iterator[str]:
     names = [one.name for one in result.study.variables if one.is_discrete]
     if names:
         yield f"to first order there is nothing of choices: {', '.join(names)}"
-    for name, one in zip(column_names(result.study), result.indices, strict=True):
+    for name, one in zip(result.column_names, result.indices, strict=True):
         if one.left_out:
             rest = (
                 "the indices are of the rest, in which variables are no longer independent" if one.has_values else "no indices"
@@ -139,7 +126,7 @@ def _share(one: Share) -> tuple[str, str, str]:
 
 def _pairs(result: Uncertainty) -> Any:
     rows = table("how often one machine has more than another", "", "", "samples", "share", "95 %", "as described", left=2)
-    names = short_names(result.study)
+    names = result.short_names
     for k, (own, group) in enumerate(zip(result.study.quantities, result.pairs, strict=True)):
         for pair in group:
             first, second = (result.described(k * len(names) + place) for place in (pair.first, pair.second))
@@ -150,7 +137,7 @@ def _pairs(result: Uncertainty) -> Any:
 
 def _orders(result: Uncertainty) -> Any:
     rows = table("orders of all machines", "", "", "samples", "share", "95 %", left=2)
-    names = short_names(result.study)
+    names = result.short_names
     for own, group in zip(result.study.quantities, result.orders, strict=True):
         for order in group[:ORDERS]:
             rows.add_row(own.name, " > ".join(names[place] for place in order.places), *_share(order.share))
