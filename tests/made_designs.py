@@ -14,7 +14,7 @@ from trivet.design.store import Chunk, open_store, read
 from trivet.design.study import WORKED_OUT, Study, study_of
 from trivet.design.study_file import GivenAims, GivenPoses, GivenSweep, GivenVariable, StudyFile
 from trivet.design.sweep import Sweep, drawn, layout_of, sampling_of
-from trivet.model import load
+from trivet.model import Machine, load
 
 LENGTH = GivenVariable(of="link.length", low="205 mm", high="225 mm")
 TUBE = GivenVariable(
@@ -27,23 +27,25 @@ SIZE = GivenVariable(scale=["platform_joint.radius"], name="size of the platform
 def study(
     quantities: Sequence[str] = ("mean K_xx", "mass"),
     variables: Sequence[GivenVariable] = (LENGTH, TUBE, SIZE),
-    machines: Sequence[str] = ("azulay",),
+    machines: Sequence[Machine] | None = None,
     count: int = 50,
     **aims: Any,
 ) -> Study:
+    own = [load("azulay")] if machines is None else list(machines)
     given = StudyFile(
-        machines=list(machines), variables=list(variables), quantities=list(quantities), poses=GivenPoses(steps=2, rolls=24),
+        machines=[machine.name for machine in own], variables=list(variables), quantities=list(quantities),
+        poses=GivenPoses(steps=2, rolls=24),
         sweep=GivenSweep(count=count), optimise=GivenAims(**aims),
     )  # fmt: skip
-    return study_of(given, [load(name) for name in machines])
+    return study_of(given, own)
 
 
-def swept(asked: Study, folder: Path, values: Callable[[np.ndarray], np.ndarray], status: Sequence[int] | None = None) -> Sweep:
+def swept(asked: Study, folder: Path, values: Callable[[np.ndarray], np.ndarray], status: np.ndarray | None = None) -> Sweep:
     """A sweep with values (n, quantities) of its designs (n, variables)."""
     drawing = sampling_of(asked)
     layout = layout_of(asked, drawing, drawing.count)
     designs = drawn(asked, drawing, 0, drawing.count)
-    found = np.full(drawing.count, WORKED_OUT) if status is None else np.asarray(status)
+    found = np.full(drawing.count, WORKED_OUT) if status is None else status
     with open_store(folder, layout) as store:
         store.write(0, Chunk(np.concatenate([designs, values(designs)], axis=1).T, found))
     return Sweep(asked, read(folder))
