@@ -22,10 +22,8 @@ from trivet.errors import InputError
 Array = NDArray[Any]
 
 _HEAD = struct.Struct("<4sIIII")
-"""Mark, length of the key, of the values, and checksums of these lengths and of both together."""
+"""Mark, length of the key, of the values with their shape, and checksums of these lengths and of all that follows."""
 _MARK = b"tvmo"
-LONGEST = 1 << 24
-"""Bytes of a key or of values."""
 
 
 class Memo(MutableMapping[bytes, Array]):
@@ -83,23 +81,26 @@ class Memo(MutableMapping[bytes, Array]):
 
 
 def _record(key: bytes, values: Array) -> bytes:
-    body = key + values.astype("<f8").tobytes()
-    lengths = struct.pack("<II", len(key), 8 * values.size)
-    return _HEAD.pack(_MARK, len(key), 8 * values.size, zlib.crc32(lengths), zlib.crc32(body)) + body
+    shape = struct.pack(f"<B{values.ndim}I", values.ndim, *values.shape)
+    held = shape + values.astype("<f8").tobytes()
+    lengths = struct.pack("<II", len(key), len(held))
+    return _HEAD.pack(_MARK, len(key), len(held), zlib.crc32(lengths), zlib.crc32(key + held)) + key + held
 
 
 def _parsed(data: bytes, place: int) -> tuple[bytes, Array, int] | None:
     """The record at a place and where the next one is; None where there is none, or a damaged one."""
     if place + _HEAD.size > len(data):
         return None
-    mark, of_key, of_values, of_lengths, of_body = _HEAD.unpack_from(data, place)
-    start, end = place + _HEAD.size, place + _HEAD.size + of_key + of_values
-    if mark != _MARK or of_lengths != zlib.crc32(struct.pack("<II", of_key, of_values)) or of_values % 8 or end > len(data):
+    mark, of_key, of_held, of_lengths, of_body = _HEAD.unpack_from(data, place)
+    start, end = place + _HEAD.size, place + _HEAD.size + of_key + of_held
+    if mark != _MARK or of_lengths != zlib.crc32(struct.pack("<II", of_key, of_held)) or end > len(data):
         return None
     body = data[start:end]
     if zlib.crc32(body) != of_body:
         return None
-    return body[:of_key], np.frombuffer(body[of_key:], dtype="<f8").copy(), end
+    key, held = body[:of_key], body[of_key:]
+    shape = struct.unpack_from(f"<{held[0]}I", held, 1)
+    return key, np.frombuffer(held[1 + 4 * held[0] :], dtype="<f8").reshape(shape).copy(), end
 
 
 @contextmanager

@@ -108,7 +108,8 @@ def optimise(
     evolution = Evolution(given.evaluations, population=given.population, seed=given.seed)
     fronts: dict[int, Front] = {}
     missing: list[str] = []
-    with kept(store, asked.fingerprint(repr(aims), repr(given)), damaged) as memo:
+    sought = [own.words for own in aims.all], [given.evaluations, given.population, given.seed]
+    with kept(store, asked.fingerprint(*sought), damaged) as memo:
         for place, name in enumerate(asked.names):
             problem = MachineProblem(asked, place, aims)
             own = _Prefixed(memo, f"{place}:".encode())
@@ -176,7 +177,7 @@ def _members(study: Study, aims: Aims, place: int, front: Front) -> list[Member]
     active = [_active(problem, design) for design in front.designs]
     values = _values(study, place, front.designs)
     bounds = [tuple(f"{one.variable} at its {'greatest' if one.is_high else 'least'}" for one in own) for own in front.bounds]
-    rows = zip(front.designs, values, front.is_polished, active, bounds, strict=True)
+    rows = zip(front.designs, values, front.is_polished.tolist(), active, bounds, strict=True)
     return [Member(place, *row, np.zeros(0), np.nan) for row in rows]
 
 

@@ -1,0 +1,205 @@
+"""Machines optimised: optima in closed form, slopes, runs that go on, fronts looked at again, the command."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import tomli_w
+
+from trivet.design.aims import Aims, aims_of
+from trivet.design.front.archive import is_best
+from trivet.design.machine_problem import MachineProblem
+from trivet.design.memo import kept
+from trivet.design.optimisation import optimise
+from trivet.design.study import Study, study_of
+from trivet.design.study_file import GivenAims, GivenLimit, GivenPoses, GivenVariable, StudyFile
+from trivet.errors import InputError, NoResultError
+from trivet.model import Machine, load
+
+POSES = GivenPoses(steps=2, rolls=36)
+LENGTH = GivenVariable(of="link.length", low="205 mm", high="225 mm")
+CIRCLE = GivenVariable(of="guide.radius", low="150 mm", high="170 mm")
+OUTER = GivenVariable(of="sections.tube.outer_diameter", low="18 mm", high="25 mm")
+
+
+def seeking(variables: list[GivenVariable], aims: GivenAims, *machines: Machine, poses: GivenPoses = POSES) -> Study:
+    given = StudyFile(machines=["given"], variables=variables, poses=poses, optimise=aims)
+    return study_of(given, machines or [load("azulay")])
+
+
+def hexapod() -> tuple[Machine, float]:
+    """A hexapod of struts alone: rigid drives, free balls; and the horizontal distance of a strut's ends at home (m)."""
+    machine = load("gough-stewart").with_rigid_drives().with_spherical("free")
+    leg = machine.legs[0]
+    ends = [np.array(frame.origin, dtype=float) for frame in (leg.base_frame(), leg.platform_frame())]
+    return machine, float(np.hypot(*(ends[1] - ends[0])[:2]))
+
+
+def axial(machine: Machine, outer: float, height: float, across: float) -> float:
+    """K_zz of six struts under a level platform: 6 EA h^2 / L^3."""
+    tube, steel = machine.sections["tube"], machine.materials["steel"]
+    area = math.pi / 4 * (outer**2 - float(tube.inner_diameter) ** 2)
+    return 6 * float(steel.youngs_modulus) * area * height**2 / math.hypot(height, across) ** 3
+
+
+def test_the_best_height_of_a_hexapod_is_the_root_of_two_times_what_its_struts_go_across() -> None:
+    machine, across = hexapod()
+    best = math.sqrt(2) * across
+    height = GivenVariable(of="home.position.3", low=f"{0.8 * best!r} m", high=f"{1.2 * best!r} m")
+    found = optimise(seeking([height], GivenAims(maximise=["home K_zz"], evaluations=64, population=16), machine))
+    (member,) = found.members
+    assert member.design[0] == pytest.approx(best, rel=1e-6)
+    outer = float(machine.sections["tube"].outer_diameter)
+    assert member.values[0] == pytest.approx(axial(machine, outer, best, across), rel=1e-9)
+
+
+def test_the_lightest_hexapod_of_a_stiffness_stands_at_that_height() -> None:
+    machine, across = hexapod()
+    best, outer = math.sqrt(2) * across, float(machine.sections["tube"].outer_diameter)
+    height = GivenVariable(of="home.position.3", low=f"{0.8 * best!r} m", high=f"{1.25 * best!r} m")
+    tube = GivenVariable(of="sections.tube.outer_diameter", low=f"{0.9 * outer!r} m", high=f"{2 * outer!r} m")
+    wanted = axial(machine, 1.3 * outer, best, across)
+    aims = GivenAims(
+        minimise=["mass"], limits=[GivenLimit(quantity="home K_zz", at_least=f"{wanted!r} N/m")], evaluations=128, population=16
+    )
+    found = optimise(seeking([height, tube], aims, machine))
+    (member,) = found.members
+    assert member.design == pytest.approx([best, 1.3 * outer], rel=1e-6)
+    assert [word.split(" at ")[0] for word in member.active] == ["home K_zz"]
+
+
+PROBLEM = GivenAims(
+    maximise=["mean K_xx"], minimise=["mass"],
+    limits=[
+        GivenLimit(quantity="least K_zz", at_least="1 N/um"),
+        GivenLimit(quantity="greatest outer radius", at_most="250 mm"),
+        GivenLimit(quantity="least travel margin", at_least=-1),
+        GivenLimit(quantity="deviation K_yy", at_most="5 N/um"),
+    ],
+)  # fmt: skip
+
+
+def problem() -> tuple[MachineProblem, Aims]:
+    study, aims = aims_of(seeking([LENGTH, CIRCLE, OUTER], PROBLEM))
+    return MachineProblem(study, 0, aims), aims
+
+
+def test_a_model_is_the_problem_at_its_design_and_has_its_slopes() -> None:
+    own, aims = problem()
+    design = np.array([0.2133, 0.1602, 0.0207])
+    model = own.model(design)
+    rows = np.full(len(aims.all), -np.inf)
+    np.maximum.at(rows, model.owner, model.rows(design))
+    values = own.values(design[None])
+    objectives, constraints = values.objectives[0], values.constraints[0]
+    reached = own.constraints.index("reached at least 1")
+    assert rows[:2] == pytest.approx(objectives, rel=1e-9)
+    assert np.delete(rows[2:], reached) == pytest.approx(np.delete(constraints, reached), rel=1e-8, abs=1e-9)
+    slopes = model.slopes(design)
+    for k, width in enumerate(own.high - own.low):
+        step = np.eye(3)[k] * 1e-6 * width
+        differences = (model.rows(design + step) - model.rows(design - step)) / (2 * step[k])
+        size = np.abs(slopes[:, k]).max()
+        assert differences == pytest.approx(slopes[:, k], rel=1e-5, abs=1e-7 * size)
+
+
+def test_rolls_follow_the_design() -> None:
+    """The true mean changes as the model says, to first order: so it would not if rolls were held."""
+    own, _ = problem()
+    design = np.array([0.2133, 0.1602, 0.0207])
+    model = own.model(design)
+    for k, width in enumerate(own.high - own.low):
+        step = np.eye(3)[k] * 1e-5 * width
+        ends = own.values(np.array([design - step, design + step]))
+        row = int(np.argmax(model.owner == 0))
+        true = np.diff(ends.objectives[:, 0])[0] / (2 * step[k])
+        assert true == pytest.approx(model.slopes(design)[row, k], rel=2e-3), own.variables[k]
+        deviation = own.constraints.index("deviation K_yy at most 5 N/um")
+        row = int(np.argmax(model.owner == 2 + deviation))
+        true = np.diff(ends.constraints[:, deviation])[0] / (2 * step[k])
+        assert true == pytest.approx(model.slopes(design)[row, k], rel=2e-2, abs=1e-3), own.variables[k]
+
+
+FRONT = GivenAims(maximise=["mean K_xx"], minimise=["mass"], evaluations=96, population=16)
+
+
+def test_a_front_of_machines_is_told_with_all_that_there_is_to_say() -> None:
+    found = optimise(seeking([LENGTH, OUTER], FRONT, load("azulay"), load("eclipse")), points=6)
+    objectives = found.objectives(found.members)
+    assert is_best(objectives).all()
+    assert np.all(np.diff(objectives[:, 0]) >= 0)
+    assert {member.place for member in (*found.members, *found.alternatives)} == {0, 1}
+    for member in found.members:
+        assert member.structural < 1e-9
+        assert member.again[found.columns.index("mass")] == pytest.approx(member.values[found.columns.index("mass")], rel=1e-12)
+    assert found.machine(found.members[0]).name == found.study.names[found.members[0].place]
+
+
+def test_a_run_that_was_killed_goes_on_to_the_same_front(tmp_path: Path) -> None:
+    study = seeking([LENGTH, OUTER], FRONT)
+    whole = optimise(study, store=tmp_path / "whole", points=6)
+    data = (tmp_path / "whole").read_bytes()
+    damaged: list[int] = []
+    for k, cut in enumerate((len(data) // 3, len(data) - 5, 10)):
+        path = tmp_path / f"cut-{k}"
+        path.write_bytes(data[:cut] if k < 2 else data[: len(data) // 2] + b"x" + data[len(data) // 2 + 1 :])
+        again = optimise(study, store=path, points=6, damaged=damaged.append)
+        assert [m.design.tolist() for m in again.members] == [m.design.tolist() for m in whole.members]
+        assert path.read_bytes() == data
+    assert len(damaged) == 3
+
+
+def test_files_of_other_studies_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "known"
+    with kept(path, "one", lambda cut: None) as memo:
+        memo[b"a"] = np.arange(3.0)
+    with kept(path, "one", lambda cut: None) as memo:
+        assert memo[b"a"].tolist() == [0, 1, 2]
+        memo[b"b"] = np.ones((2, 3))
+    with kept(path, "one", lambda cut: None) as memo:
+        assert memo[b"b"].shape == (2, 3)
+        with pytest.raises(InputError, match="another process"), kept(path, "one", lambda cut: None):
+            pass
+    with pytest.raises(InputError, match="of another study"), kept(path, "two", lambda cut: None):
+        pass
+    (tmp_path / "notes.txt").write_text("do not lose this")
+    with pytest.raises(InputError, match="no file of an optimisation"), kept(tmp_path / "notes.txt", "one", lambda cut: None):
+        pass
+    assert (tmp_path / "notes.txt").read_text() == "do not lose this"
+
+
+def test_limits_that_no_design_meets_are_named() -> None:
+    aims = GivenAims(
+        minimise=["mass"], limits=[GivenLimit(quantity="home K_zz", at_least="900 N/um")], evaluations=32, population=8
+    )
+    with pytest.raises(NoResultError, match="home K_zz at least 900 N/um"):
+        optimise(seeking([LENGTH], aims))
+
+
+def test_the_command(trivet: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    document = {
+        "machines": ["azulay"],
+        "poses": {"steps": 2, "rolls": 36},
+        "optimise": {"maximise": ["mean K_xx"], "minimise": ["mass"], "evaluations": 48, "population": 16},
+        "variables": [
+            {"of": "link.length", "low": "205 mm", "high": "225 mm"},
+            {"of": "sections.tube.outer_diameter", "low": "18 mm", "high": "25 mm"},
+        ],
+    }
+    Path("study.toml").write_text(tomli_w.dumps(document), encoding="utf-8")
+    code, out, err = trivet("optimise", "study.toml", "--json", "--points", "4", "--machines", "best")
+    assert code == 0, err
+    found = json.loads(out)
+    assert len(found["front"]) == len(list(Path("best").iterdir()))
+    for path, member in zip(sorted(Path("best").iterdir()), found["front"], strict=True):
+        machine = load(path)
+        assert machine.chains["leg"].elements[3].length == pytest.approx(member["design"]["link.length_m"], rel=1e-12)
+    code, out, err = trivet("optimise", "study.toml", "--points", "4", "--machines", "best")
+    assert code == 2
+    assert "is not empty" in err
