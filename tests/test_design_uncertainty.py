@@ -25,6 +25,8 @@ from trivet.design.uncertainty import Uncertainty, uncertainty
 from trivet.errors import NoResultError
 from trivet.model import load
 
+pytestmark = pytest.mark.usefixtures("quick_kernels")
+
 DENSITY = GivenVariable(of="steel.density", low="6000 kg/m^3", high="9000 kg/m^3")
 LONG = GivenVariable(of="link.length", low="150 mm", high="400 mm")
 LENGTH = GivenVariable(of="link.length", low="205 mm", high="225 mm")
@@ -45,7 +47,7 @@ def unknown(quantities: Any, variables: Any, machines: Any = ("azulay",), count:
 
 
 @pytest.fixture(scope="module")
-def masses(tmp_path_factory: pytest.TempPathFactory) -> Uncertainty:
+def masses(quick_kernels: None, tmp_path_factory: pytest.TempPathFactory) -> Uncertainty:
     """A product of two unknowns: density times what grows straight with the length of links."""
     return uncertainty(unknown(["mass"], [DENSITY, LONG]), tmp_path_factory.mktemp("masses") / "m.zarr")[0]
 
@@ -94,7 +96,6 @@ def test_decades_go_by_the_logarithm() -> None:
     np.testing.assert_allclose(found.deviations, found.value * math.log(1e4) / math.sqrt(12), rtol=1e-12)
 
 
-@pytest.mark.usefixtures("quick_kernels")
 def test_slopes_are_those_of_best_rolls() -> None:
     """Against differences of values with rolls that are sought anew; a choice has none, a number of another machine is none."""
     other = GivenVariable(of="shoulder.stiffness", low="20000 N m/rad", high="30000 N m/rad")
