@@ -155,7 +155,7 @@ def placed(figure: Any) -> list[Any]:
 
 @pytest.mark.parametrize("count", [2, 17])
 def test_names_of_axes_are_apart_and_on_the_page(count: int, tmp_path: Path, drawn: list[Any]) -> None:
-    some = [STIFF, LIGHT, *(f"deviation K({k},10,100)" for k in range(1, 16))][:count]
+    some = [STIFF, LIGHT, *(f"deviation K({k}.23456,10.34567,99.45678)" for k in range(1, 16))][:count]
     result = swept(study(some), tmp_path / "s", lambda designs: np.tile(values(designs)[:, :1], (1, count)))
     figure(result, tmp_path / "s.png")
     found = placed(drawn[0])
@@ -285,8 +285,12 @@ def test_picture_of_two_objectives_bounds_what_is_dominated(tmp_path: Path, draw
     steps = axes.lines[0]
     assert steps.get_drawstyle() == "steps-post"
     x, y = np.array(steps.get_data())
+    np.testing.assert_allclose(x, sorted(one.values[1] for one in result.members))
+    np.testing.assert_allclose(y, sorted(one.values[0] / 1e6 for one in result.members))
     for one in result.alternatives:
         assert one.values[0] / 1e6 < y[x <= one.values[1]].max()
+    faint = np.concatenate([np.array(line.get_data()).T for line in axes.lines if line.get_alpha() == 0.3])
+    np.testing.assert_allclose(faint, [(one.values[1], one.values[0] / 1e6) for one in result.alternatives])
     listed = [text.get_text() for text in axes.get_legend().get_texts()]
     assert listed == ["azulay", "glozman", "another", "faint: dominated"]
     assert [text.get_text() for text in axes.texts] == list("ABCDEFG")
