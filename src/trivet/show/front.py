@@ -14,6 +14,7 @@ from trivet.design.optimisation import Member, Optimisation
 from trivet.files import replacing
 from trivet.show.comparison import SERIES
 from trivet.show.maps import check_suffix
+from trivet.show.names import broken
 from trivet.show.palette import GREY
 from trivet.show.parallel import Axis, of_quantity, of_variable
 from trivet.show.shapes import Array
@@ -31,7 +32,7 @@ OF_EACH = 3
 """Designs of one machine that are drawn as machines: both ends of its part of the front, and the middle."""
 LETTER, LINE, GAP = 7.0, 16, 14
 """Pixels of a letter of a caption, of a line, and between rows."""
-LEAST, FLAT = 110, 0.75
+LEAST, FLAT = 90, 0.75
 """Least height of a machine in pixels, and the greatest as a part of its width."""
 
 
@@ -230,8 +231,9 @@ def panel(result: Optimisation, chosen: list[Picked], own: Plan) -> Panel:
     captions = []
     for letter, member in chosen:
         lines = facts(result, member, goals_only=not all_facts)
-        heading = f"{letter}   {result.study.names[member.place]}"
-        written = [part for line in (heading, *lines) for part in textwrap.wrap(line, int(width / LETTER))]
+        letters = int(width / LETTER)
+        first, *rest = broken(result.study.names[member.place], letters - 4, 2).split("\n")
+        written = [f"{letter}   {first}", *rest, *(part for line in lines for part in textwrap.wrap(line, letters))]
         most = (tall - GAP - LEAST) // LINE
         captions.append(written if len(written) <= most else [*written[: most - 1], "…"])
     room = min(tall - LINE * max(map(len, captions)) - GAP, int(FLAT * width))

@@ -55,7 +55,9 @@ def _write(canvas: Any, cell: seen.Cell, down: int, words: str, colour: str, wei
 def _draw_front(canvas: Any, result: Optimisation, own: seen.Plan, chosen: list[seen.Picked]) -> None:
     found = seen.series(result)
     left, _, wide, high = own.front
-    below = 60 + 20 * -(-(len(found) + bool(result.alternatives)) // LEGEND_COLUMNS)
+    listed = [broken(one.name, 30, 2) for one in found]
+    rows = -(-(len(found) + bool(result.alternatives)) // LEGEND_COLUMNS)
+    below = 60 + 20 * rows + 14 * min(rows, sum("\n" in name for name in listed))
     box = ((left + 80) / WIDE, below / HIGH, (wide - 90) / WIDE, (high - below - 14) / HIGH)
     axes = canvas.add_axes(box)
     axes.set_axisbelow(True)
@@ -68,10 +70,10 @@ def _draw_front(canvas: Any, result: Optimisation, own: seen.Plan, chosen: list[
     order = np.argsort(front[0], kind="stable")
     where = "post" if result.aims.goals[1].sign > 0 else "pre"
     axes.step(front[0][order], front[1][order], where=where, color=GREY, linewidth=1.0, zorder=2)
-    for one in found:
+    for name, one in zip(listed, found, strict=True):
         look = {"color": one.colour, "marker": one.marker[0], "linestyle": "none", "zorder": 3}
         axes.plot(beside[0][one.alternatives], beside[1][one.alternatives], markersize=5, alpha=0.3, **look)
-        axes.plot(front[0][one.members], front[1][one.members], markersize=7, label=broken(one.name, 30, 2), **look)
+        axes.plot(front[0][one.members], front[1][one.members], markersize=7, label=name, **look)
     if result.alternatives:
         axes.plot([], [], "o", color=GREY, alpha=0.5, markersize=5, label="faint: dominated")
     place = {"loc": "upper left", "bbox_to_anchor": (-0.02, -46 / (high - below - 14)), "ncols": LEGEND_COLUMNS}

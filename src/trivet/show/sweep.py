@@ -13,6 +13,7 @@ from trivet.design.sweep import Sweep
 from trivet.files import replacing
 from trivet.show import titles
 from trivet.show.maps import check_suffix
+from trivet.show.names import broken
 from trivet.show.palette import VALUES
 from trivet.show.parallel import Axis, brushed, draw_lines, names, of_quantity, of_variable, width_of
 from trivet.show.titles import HIGH, WIDE
@@ -21,8 +22,8 @@ MOST, MOST_AXES = 2000, 40
 """Designs and axes that are drawn."""
 LEGIBLE = 7
 """Variables, or quantities, that are still drawn over each other one by one."""
-ROW, BETWEEN = 230, 30
-"""Pixels of a row of dots on a page, and from row to row."""
+ROW, BETWEEN, EDGE = 230, 30, 20
+"""Pixels of a row of dots on a page, from row to row, and more from the lines to the dots."""
 
 
 class Seen(NamedTuple):
@@ -133,7 +134,7 @@ def _panels(found: Seen, rows: int) -> Any:
     if not is_drawn(found):
         return page
     spacing = (WIDE - 240) / len(found.axes)
-    foot = rows * (ROW + BETWEEN) / whole
+    foot = 1 - (1 - rows * BETWEEN / whole) * (HIGH - 140) / whole + (EDGE if rows else 0) / whole
     page.add_trace(brushed(found.axes, found.quantities[0], spacing, (foot, 1 - names(found.axes, spacing).height / whole)))
     for row, quantity in enumerate(found.quantities[:rows], 2):
         for column, variable in enumerate(found.variables, 1):
@@ -142,8 +143,10 @@ def _panels(found: Seen, rows: int) -> Any:
             page.update_xaxes(tickvals=places, ticktext=words, range=_range(variable), row=row, col=column)
             page.update_yaxes(range=_range(quantity), row=row, col=column)
             if row == 1 + rows:
-                page.update_xaxes(title_text=variable.title, row=row, col=column)
-        page.update_yaxes(title_text=quantity.title.replace(", ", ",<br>"), row=row, col=1)
+                name = html.escape(broken(variable.title, (WIDE - 200) // (8 * columns))).replace("\n", "<br>")
+                page.update_xaxes(title_text=name, row=row, col=column)
+        name = html.escape(broken(quantity.title, ROW // 9)).replace("\n", "<br>")
+        page.update_yaxes(title_text=name, row=row, col=1)
     return page
 
 
