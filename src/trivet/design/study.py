@@ -34,8 +34,8 @@ NO_DESIGN, WORKED_OUT, CONTRADICTION, NOT_REACHED = 0, 1, 2, 3
 STATUSES = (
     "not worked out yet",
     "worked out",
-    "its numbers contradict each other",
-    "a machine reaches none of the poses",
+    "with numbers that contradict each other",
+    "with a machine that reaches no pose",
 )
 
 

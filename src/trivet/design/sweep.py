@@ -115,7 +115,9 @@ class Sweep:
     def some(self, most: int) -> tuple[Array, Array]:
         """Designs and quantities of at most so many designs that are worked out, evenly picked: (n, d) and (n, q)."""
         step = max(1, -(-self.count // most))
+        # One of each run of designs, at random: every so-and-so-many-th of a grid or a Sobol sequence is no fair sample.
         picked = np.arange(0, self.count, step)
+        picked = np.minimum(picked + np.random.default_rng(0).integers(0, step, len(picked)), self.count - 1)
         rows = []
         for start in range(0, self.count, READ):
             own = picked[(picked >= start) & (picked < start + READ)] - start
