@@ -13,6 +13,7 @@ from toy_designs import Rows, Toy, binh_korn, cantilever, osy, truss, valley, ve
 from trivet.design.front.archive import Archive
 from trivet.design.front.box import Box
 from trivet.design.front.evolution import Evolution, evolved
+from trivet.design.front.linear import ENOUGH, MEMBERS, PARTS, ROUNDS, coarsened
 from trivet.design.front.polish import polished
 from trivet.design.front.polisher import Polisher, Polishing
 from trivet.design.front.problem import Asked, Values
@@ -128,6 +129,22 @@ def test_rows_far_below_the_greatest_are_taken_in_when_they_become_it():
     assert gained == pytest.approx(5.9**2 + 0.7**2 - 9, abs=1e-9)
 
 
+@pytest.mark.parametrize("radius", [1.0, 0.1])
+def test_a_linear_program_ends_where_linear_rows_are_least_or_at_its_radius(radius):
+    # The first objective falls along x1 and grows along x2; x2 >= 1 - x1 from many rows, of which one holds; x2 >= 1/4.
+    def kernel(x):
+        return (x[1] - x[0],), tuple(c - x[0] - x[1] for c in np.linspace(-3, 1, 20)), (0.25 - x[1],)
+
+    toy = Toy(kernel, [0, 0], [0.75, 1], ("f",), ("above", "least"))
+    here = np.array([0.5, 0.5])
+    goal = improving(np.zeros(1), np.ones(1), np.ones(1), 2)
+    about = polisher(toy, here)
+    genes = Program(toy.model(here), about.box, here, goal, radius).linear()
+    found = about.box.moved(here, genes[None])[0]
+    first = 0.5 + min(0.25, 0.75 * radius)
+    assert found == pytest.approx([first, max(0.25, 1 - first, 0.5 - radius)], abs=1e-9)
+
+
 # Never worse.
 
 
@@ -170,6 +187,23 @@ def test_polished_fronts_have_more_volume_than_evolved_ones_of_as_many_evaluatio
     versus = compared(ours, other)
     assert versus.volumes[0] > versus.volumes[1]
     assert versus.dominated[0] < versus.dominated[1]
+
+
+@pytest.mark.parametrize("make", [lambda: zdt1(12), osy, cantilever], ids=["zdt1", "osy", "cantilever"])
+def test_a_coarse_polish_is_worth_more_than_evolution_of_as_many_designs(make):
+    asked = Asked(make(), batch=30)
+    archive = evolved(asked, few())
+    before, spent = archive.best[1].objectives, asked.count
+    coarsened(Polisher(asked, archive, Polishing()))
+    spent = asked.count - spent
+    after = archive.best[1]
+    assert after.is_feasible.all()
+    assert not dominates(before, after.objectives).any()
+    assert 0 < spent <= (MEMBERS + len(asked.problem.objectives)) * ROUNDS * len(PARTS)
+    versus = compared(after.objectives, before)
+    assert versus.volumes[0] > versus.volumes[1] + ENOUGH
+    theirs = evolved(Asked(make(), batch=30), few(600 + spent)).best[1].objectives
+    assert compared(after.objectives, theirs).volumes[0] > compared(after.objectives, theirs).volumes[1]
 
 
 def test_each_member_by_itself_ends_where_it_is_dominated_or_the_same():

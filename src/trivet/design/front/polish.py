@@ -8,6 +8,7 @@ from trivet.design.front.archive import Archive, spread
 from trivet.design.front.evolution import Tell
 from trivet.design.front.front import chosen
 from trivet.design.front.gaps import Gap, gaps
+from trivet.design.front.linear import coarsened
 from trivet.design.front.meeting import met
 from trivet.design.front.polisher import Point, Polisher, Polishing
 from trivet.design.front.problem import Array, Asked
@@ -23,8 +24,8 @@ PARTS = np.array([[0.25], [0.5], [0.75]])
 
 
 def polished(asked: Asked, archive: Archive, how: Polishing, tell: Tell | None = None) -> None:
-    """Makes the front of an archive better: its ends, its members, then between them until it has enough points, and other
-    discrete values.
+    """Makes the front of an archive better: coarsely first, then its ends, its members, between them until there are enough,
+    and other discrete values.
 
     Raises:
         NoResultError: no design of the archive meets all constraints, and none is found that does.
@@ -32,7 +33,7 @@ def polished(asked: Asked, archive: Archive, how: Polishing, tell: Tell | None =
     polisher = Polisher(asked, archive, how, tell)
     if not len(archive):
         met(polisher)
-    for stage in (_polish_ends, _polish_members, _fill_gaps, _exchange, _fill_gaps, _polish_rest):
+    for stage in (coarsened, _polish_ends, _polish_members, _fill_gaps, _exchange, _fill_gaps, _polish_rest):
         stage(polisher)
     archive.prune()
 

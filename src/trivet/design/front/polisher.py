@@ -134,11 +134,11 @@ class Polisher:
         """The best design found from one (d,) for a goal, never worse than that one."""
         key = b"polished" + b"".join(np.ascontiguousarray(part, float).tobytes() for part in (start, *goal))
         if not self.box.is_free.any():
-            return self._tried(start[None])[0]
+            return self.tried(start[None])[0]
         if key in self.asked.memo:
             return self._again(self.asked.memo[key])
         way: list[Array] = [start[None]]
-        point, radius, misses = self._tried(way[0])[0], self.how.radius, 0
+        point, radius, misses = self.tried(way[0])[0], self.how.radius, 0
         for _ in range(ROUNDS):
             better, promised, tried = self._once(point, goal, radius)
             way.append(tried)
@@ -157,10 +157,10 @@ class Polisher:
 
     def _again(self, way: Array) -> Point:
         """What was tried on a way that is known, in the same order, so that the archive becomes the same; its end."""
-        self._tried(way[:1])
+        self.tried(way[:1])
         for first in range(1, len(way) - 1, len(BACK)):
-            self._tried(way[first : first + len(BACK)])
-        return self._tried(way[-1:])[0]
+            self.tried(way[first : first + len(BACK)])
+        return self.tried(way[-1:])[0]
 
     def _once(self, point: Point, goal: Goal, radius: float) -> tuple[Point | None, float, Array]:
         """What a model of a design leads to, if it is better, what it promised to gain, and the designs that were tried."""
@@ -168,7 +168,7 @@ class Polisher:
         program = Program(self.asked.problem.model(point.design), self.box, point.design, goal, radius)
         found, promised = program.solved(STEPS, self.how.precision)
         designs = self.box.moved(point.design, first + np.array(BACK)[:, None] * (found - first))
-        tried = self._tried(designs)
+        tried = self.tried(designs)
         missed, t = goal.attained(np.array([point.both, *(one.both for one in tried)]))
         best = int(np.lexsort((t, missed))[0])
         return (None if best == 0 else tried[best - 1]), promised, designs
@@ -182,7 +182,8 @@ class Polisher:
         if designs:
             self.archive.add(np.array(designs), self.asked(np.array(designs)))
 
-    def _tried(self, designs: Array) -> list[Point]:
-        values = self.few(designs)
+    def tried(self, designs: Array, asked: Asked | None = None) -> list[Point]:
+        """Works out designs (n, d), few at a time unless told otherwise; the archive takes them in."""
+        values = (asked or self.few)(designs)
         self.archive.add(designs, values)
         return [Point(*one) for one in zip(designs, joined(values), strict=True)]

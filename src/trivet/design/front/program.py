@@ -124,6 +124,25 @@ class Program:
             taking = np.union1d(taking, self._near(self._spare(x[:-1], 0.0), BAND))
         return x[:-1], gain(self.goal, self._both(first), self._both(x[:-1]))
 
+    def linear(self) -> Array:
+        """The genes (f,) that the least t of the rows made linear has; those of the design where it has none.
+
+        Bounds that are missed are not missed further.
+        """
+        from scipy.optimize import linprog
+
+        first = self.box.genes(self.design[None])[0][self.box.is_free]
+        by, spare = self._by(np.append(first, 0.0))[self._counts], self._spare(first, 0.0)[self._counts]
+        slopes, aim = by[:, :-1], by[:, -1]
+        spare = np.where(aim > 0, spare, np.maximum(spare, 0.0))
+        taking = _deciding(slopes, aim, spare, self.radius)
+        ends = np.maximum(first - self.radius, 0) - first, np.minimum(first + self.radius, 1) - first
+        done = linprog(
+            np.append(np.zeros(len(first)), 1.0), A_ub=-by[taking], b_ub=spare[taking],
+            bounds=[*zip(*ends, strict=True), (None, None)], method="highs",
+        )  # fmt: skip
+        return first + done.x[:-1] if done.status == 0 else first
+
     def _both(self, genes: Array) -> Array:
         """(m + k,) objectives and constraints of the model; those that have no rows are at their reference."""
         found = np.where(np.isfinite(self.goal.reference), self.goal.reference, 0.0)
@@ -158,3 +177,12 @@ class Program:
         least = np.full(len(self.goal.reference), np.inf)
         np.minimum.at(least, self._owner, spare)
         return np.flatnonzero(self._counts & (spare <= least[self._owner] + band))
+
+
+def _deciding(slopes: Array, aim: Array, spare: Array, radius: float) -> Array:
+    """(r,) which rows of spare + slopes dx + aim t >= 0 can hold t, or dx, within a radius."""
+    reach = np.abs(slopes).sum(axis=1) * radius
+    aimed = aim > 0
+    own = np.where(aimed, aim, 1.0)
+    sure = np.max(-(spare + reach)[aimed] / own[aimed], initial=-np.inf)
+    return np.asarray(np.where(aimed, -(spare - reach) / own >= sure, spare <= reach))

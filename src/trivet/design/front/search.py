@@ -1,7 +1,7 @@
-"""From a problem to its front: evolution and polishing in turn, twice.
+"""From a problem to its front: evolution and polishing in turn, twice, coarse before fine.
 
 Evolution finds where the front is, polishing puts designs onto it.  Crossing polished designs then finds pieces of the front
-that were missed, which a few designs far from it do not.
+that were missed, which a few designs far from it do not; for that a coarse polish is enough.
 """
 
 from __future__ import annotations
@@ -11,8 +11,9 @@ from dataclasses import replace
 from trivet.design.front.archive import spread
 from trivet.design.front.evolution import Evolution, Tell, evolved
 from trivet.design.front.front import Front, told
+from trivet.design.front.linear import coarsened
 from trivet.design.front.polish import polished
-from trivet.design.front.polisher import Polishing
+from trivet.design.front.polisher import Polisher, Polishing
 from trivet.design.front.problem import Array, Asked, Memo, Problem
 
 FIRST = 0.6
@@ -47,7 +48,7 @@ def searched(
     archive = evolved(asked, before, start, tell)
     if len(archive):
         some = replace(polishing, points=-(-polishing.points // HALF), seconds=polishing.seconds / HALF)
-        polished(asked, archive, some, tell)
+        coarsened(Polisher(asked, archive, some, tell))
     designs, values = archive.best if len(archive) else (archive.nearest[0], None)
     if values is not None:
         designs = designs[spread(values.objectives, evolution.population // 2)]
