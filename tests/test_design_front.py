@@ -16,7 +16,7 @@ from trivet.design.front.front import told as told_of
 from trivet.design.front.gaps import gaps
 from trivet.design.front.polisher import Polishing
 from trivet.design.front.problem import Asked, Values
-from trivet.design.front.search import searched
+from trivet.design.front.search import TURNS, searched
 from trivet.design.front.volume import box, compared, dominates, volume
 from trivet.errors import NoResultError
 
@@ -290,7 +290,7 @@ def test_progress_is_told_of_both_stages_and_grows_in_each():
     heard = []
     searched(binh_korn(), few(200), Polishing(points=6), tell=heard.append)
     parts = [(stage, list(some)) for stage, some in groupby(heard, key=lambda one: one.stage)]
-    assert [stage for stage, _ in parts] == ["evolution", "polish"] * 2
+    assert [stage for stage, _ in parts] == ["evolution", "polish"] * TURNS
     for stage, some in parts:
         if stage == "evolution":
             assert [one.done for one in some] == list(range(30, 30 * len(some) + 1, 30))

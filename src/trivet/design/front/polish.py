@@ -19,6 +19,8 @@ CLOSE = 0.3
 """Gaps this short, beside those of evenly spread points, stay."""
 SHORTER = 0.5
 """Gaps this much shorter than the longest wait for their turn."""
+PASSES = 3
+"""Over what would be told of the front and was not polished, at most."""
 PARTS = np.array([[0.25], [0.5], [0.75]])
 """Where designs between two points are looked at, without polishing."""
 
@@ -59,12 +61,13 @@ def _polish_members(polisher: Polisher) -> None:
 
 
 def _polish_rest(polisher: Polisher) -> None:
-    """What else would be told of the front."""
+    """What else would be told of the front, and what then takes the place of that."""
     archive = polisher.archive
-    index = chosen(polisher.asked.problem, archive, polisher.how.points)
-    index = index[~archive.is_polished[index]]
-    for design, objectives in zip(archive.designs[index], archive.values.objectives[index], strict=True):
-        polisher.improve(design, objectives)
+    for _ in range(PASSES):
+        index = chosen(polisher.asked.problem, archive, polisher.how.points)
+        index = index[~archive.is_polished[index]]
+        for design, objectives in zip(archive.designs[index], archive.values.objectives[index], strict=True):
+            polisher.improve(design, objectives)
 
 
 def _fill_gaps(polisher: Polisher) -> None:

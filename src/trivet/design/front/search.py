@@ -1,4 +1,4 @@
-"""From a problem to its front: evolution and polishing in turn, twice, coarse before fine.
+"""From a problem to its front: evolution and polishing in turns, coarse before fine.
 
 Evolution finds where the front is, polishing puts designs onto it.  Crossing polished designs then finds pieces of the front
 that were missed, which a few designs far from it do not; for that a coarse polish is enough.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from trivet.design.front.archive import spread
+from trivet.design.front.archive import Archive, spread
 from trivet.design.front.evolution import Evolution, Tell, evolved
 from trivet.design.front.front import Front, told
 from trivet.design.front.linear import coarsened
@@ -16,10 +16,10 @@ from trivet.design.front.polish import polished
 from trivet.design.front.polisher import Polisher, Polishing
 from trivet.design.front.problem import Array, Asked, Memo, Problem
 
-FIRST = 0.6
-"""Part of the evolution that goes before any polishing."""
-HALF = 2
-"""What is polished in between has so many times fewer points, and so much less time."""
+TURNS = 4
+"""Of evolution, each followed by polishing; that of all but the last is coarse."""
+COARSE = 0.5
+"""Part of the time for polishing that coarse turns may take."""
 
 
 def searched(
@@ -40,18 +40,31 @@ def searched(
         NoResultError: no design meets all constraints, or none has a value.
     """
     asked = Asked(problem, {} if memo is None else memo, evolution.population)
-    first = int(FIRST * evolution.evaluations)
-    before = replace(evolution, evaluations=first, seconds=FIRST * evolution.seconds)
-    after = replace(
-        evolution, evaluations=evolution.evaluations - first, seconds=(1 - FIRST) * evolution.seconds, seed=evolution.seed + 1
-    )
-    archive = evolved(asked, before, start, tell)
-    if len(archive):
-        some = replace(polishing, points=-(-polishing.points // HALF), seconds=polishing.seconds / HALF)
-        coarsened(Polisher(asked, archive, some, tell))
-    designs, values = archive.best if len(archive) else (archive.nearest[0], None)
-    if values is not None:
-        designs = designs[spread(values.objectives, evolution.population // 2)]
-    evolved(asked, after, designs, tell, archive)
-    polished(asked, archive, replace(polishing, seconds=polishing.seconds / HALF), tell)
+    archive = Archive.empty(len(problem.low), len(problem.objectives), len(problem.constraints))
+    some = replace(polishing, seconds=COARSE * polishing.seconds / (TURNS - 1))
+    for turn in range(TURNS):
+        evolved(asked, _part(evolution, turn), start, tell, archive)
+        if turn < TURNS - 1:
+            if len(archive):
+                coarsened(Polisher(asked, archive, some, tell))
+            start = _parents(archive, evolution.population // 2)
+    polished(asked, archive, replace(polishing, seconds=(1 - COARSE) * polishing.seconds), tell)
     return told(problem, archive, polishing.points)
+
+
+def _part(evolution: Evolution, turn: int) -> Evolution:
+    """What evolves in one of the turns: whole generations, those that do not share out evenly first."""
+    generations = -(-evolution.evaluations // evolution.population)
+    done, after = (-(-generations * k // TURNS) for k in (turn, turn + 1))
+    return replace(
+        evolution,
+        evaluations=(after - done) * evolution.population, seconds=evolution.seconds / TURNS, seed=evolution.seed + turn,
+    )  # fmt: skip
+
+
+def _parents(archive: Archive, many: int) -> Array:
+    """Designs (n, d) to go on from: evenly over the front, or those that miss constraints the least."""
+    if not len(archive):
+        return archive.nearest[0]
+    designs, values = archive.best
+    return designs[spread(values.objectives, many)]
