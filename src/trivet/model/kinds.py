@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import typing
+from functools import lru_cache
 from typing import Any
 
 import jax
@@ -12,7 +13,13 @@ from trivet.model.quantity import Quantity
 
 
 def kinds(machine: Any) -> dict[str, Quantity]:
-    """The quantity of every dimension of a machine, by its key path as in `dimensions`."""
+    """The quantity of every dimension of a machine, by its key path as in `dimensions`; values have no part in it."""
+    return dict(_kinds(jax.tree.structure(machine)))
+
+
+@lru_cache(maxsize=64)
+def _kinds(structure: Any) -> dict[str, Quantity]:
+    machine = jax.tree.unflatten(structure, [0.0] * structure.num_leaves)
     found = []
     for keys, _ in jax.tree_util.tree_flatten_with_path(machine)[0]:
         here, hint = machine, None
