@@ -26,8 +26,8 @@ from typing import NamedTuple
 from markdown_it import MarkdownIt
 
 KINDS = (
-    "console", "console not run", "python", "toml", "toml set-up", "toml study", "toml piece", "csv", "math", "text", "text usage",
-    "text not run",
+    "console", "console not run", "python", "toml", "toml set-up", "toml study", "toml piece", "csv", "math", "text",
+    "text usage", "text not run",
 )  # fmt: skip
 _COMMAND = re.compile(r"\$ (.*)\n((?:(?!\$ ).*\n)*)")
 _SPOKEN = re.compile(r"(?:^|[\s/\\])trivet (?P<words>.*?)(?:\s[>|]\s.*)?$", re.MULTILINE)

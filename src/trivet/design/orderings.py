@@ -20,13 +20,13 @@ CONFIDENCE = 0.95
 class Share(NamedTuple):
     """So many of so many samples."""
 
-    count: int
+    times: int
     samples: int
 
     @property
     def value(self) -> float:
         """The share; NaN without samples."""
-        return self.count / self.samples if self.samples else np.nan
+        return self.times / self.samples if self.samples else np.nan
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -35,7 +35,7 @@ class Share(NamedTuple):
             return np.nan, np.nan
         from scipy.stats import binomtest
 
-        found = binomtest(self.count, self.samples).proportion_ci(CONFIDENCE, method="wilson")
+        found = binomtest(self.times, self.samples).proportion_ci(CONFIDENCE, method="wilson")
         return float(found.low), float(found.high)
 
 

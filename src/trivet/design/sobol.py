@@ -58,4 +58,7 @@ def indices(values: Array) -> Indices:
     problem = {"num_vars": width - 2, "names": [str(k) for k in range(width - 2)], "bounds": [[0, 1]] * (width - 2)}
     asked = {"calc_second_order": False, "num_resamples": RESAMPLES, "conf_level": CONFIDENCE, "seed": SEED}
     found = sobol.analyze(problem, whole.reshape(-1), **asked)
-    return Indices(*(np.asarray(found[key], dtype=float) for key in ("S1", "S1_conf", "ST", "ST_conf")), left_out, base)
+    first, first_margin, total, total_margin = (
+        np.asarray(found[key], dtype=float) for key in ("S1", "S1_conf", "ST", "ST_conf")
+    )
+    return Indices(first, first_margin, total, total_margin, left_out, base)

@@ -135,6 +135,7 @@ def _over(kernel: Callable[[Frame, Any], Any], poses: Frame, signs: Any) -> Any:
 
 @jax.jit
 def margins(legs: Any, poses: Frame, signs: Scalar) -> Scalar:
+    """`travel_margin` of legs without names, a kernel."""
     found = [jnp.min(margin(group.leg, group.stand(poses, signs), poses), axis=0) for group in alike(legs)]
     least = jnp.min(jnp.stack(found), axis=0)
     return jnp.where(jnp.isnan(least), -jnp.inf, least)
@@ -158,6 +159,7 @@ def _distances(
 
 @partial(jax.jit, static_argnums=0)
 def clearances(scene: Scene, machine: Machine, workpiece: Ball | None, poses: Frame, signs: Scalar) -> Scalar:
+    """`clearance` of plain shapes, a kernel."""
     parts = [jnp.min(found, axis=0) for _, found in _distances(scene, machine, workpiece, poses, signs)]
     return jnp.min(jnp.stack(parts), axis=0)
 
@@ -182,6 +184,7 @@ def _all_distances(scene: Scene, machine: Machine, workpiece: Ball | None, poses
 
 @jax.jit
 def controls(legs: Any, length: Scalar, poses: Frame, signs: Scalar) -> tuple[Scalar, Scalar]:
+    """Smallest singular values and determinants of J_x (n,), a kernel; `length` is the characteristic one."""
     rows = forces(legs, length, poses, signs)
     ours = [jnp.stack([*row[:3], *(moment / length for moment in row[3:])]) for row in rows]
     return least_singular_values(jnp.stack(ours)), expanded(rows)

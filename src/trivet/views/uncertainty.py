@@ -222,4 +222,4 @@ def _quantity_json(result: Uncertainty, column: int) -> dict[str, Any]:
 
 
 def _share_json(one: Share) -> dict[str, Any]:
-    return {"count": one.count, "samples": one.samples, "share": finite(one.value), "interval": finite(one.interval)}
+    return {"count": one.times, "samples": one.samples, "share": finite(one.value), "interval": finite(one.interval)}
