@@ -34,6 +34,13 @@ STEP = 1e-4
 """Of a central difference, as a part of a variable's range, for what only studies of their own know."""
 
 
+def standing(single: Study, design: Any) -> Stand:
+    """The machine that a design (d,) is, in a study of one machine alone; JAX may trace the design."""
+    subject = single.subjects[0]
+    machine = machine_of(subject.machine, 0, single.variables, list(jnp.asarray(design)))
+    return Stand(machine, subject.points, subject.signs, subject.scene, single.load)
+
+
 class MachineProblem:
     """The problem of one of a study's machines."""
 
@@ -88,9 +95,7 @@ class MachineProblem:
 
     def stand(self, design: Any) -> Stand:
         """The machine of a design, traced."""
-        subject = self.single.subjects[0]
-        machine = machine_of(subject.machine, 0, self.single.variables, list(jnp.asarray(design)))
-        return Stand(machine, subject.points, subject.signs, subject.scene, self.single.load)
+        return standing(self.single, design)
 
     def _rows(self, design: Any, held: Held) -> Any:
         return jnp.concatenate([self._of(own, design, held) for own in self.aims.all])

@@ -18,16 +18,13 @@ from trivet.design.evaluation import Evaluation
 from trivet.design.following import Follower, Held, nowhere
 from trivet.design.laws import Law, LogUniform, Uniform
 from trivet.design.looked import Stand
+from trivet.design.machine_problem import STEP, standing
 from trivet.design.quantities import HOME, REACHED, Quantity, reduced
 from trivet.design.studied import Studied
 from trivet.design.study import Study
-from trivet.design.variables import machine_of
 from trivet.space.scalar import Scalar
 
 Array = NDArray[Any]
-
-STEP = 1e-4
-"""Of a central difference, as a part of a variable's range."""
 
 
 class FirstOrder(NamedTuple):
@@ -92,7 +89,7 @@ def _deviation(law: Law, value: float) -> float:
 
 def _by_jax(single: Study, design: Array, asked: list[Quantity]) -> tuple[Array, Array]:
     """Values (q,) and slopes (q, d)."""
-    stand = partial(_stand, single)
+    stand = partial(standing, single)
     widths = np.array([variable.law.high - variable.law.low for variable in single.variables])
     over_points = any(own.is_over_points for own in asked)
     held = Follower(stand, widths).about(design) if over_points else nowhere(design)
@@ -103,13 +100,6 @@ def _by_jax(single: Study, design: Array, asked: list[Quantity]) -> tuple[Array,
 
     slopes, found = jax.jit(jax.jacfwd(values, has_aux=True))(design, held)
     return np.asarray(found), np.asarray(slopes)
-
-
-def _stand(single: Study, design: Any) -> Stand:
-    """The machine of a design, traced."""
-    subject = single.subjects[0]
-    machine = machine_of(subject.machine, 0, single.variables, list(jnp.asarray(design)))
-    return Stand(machine, subject.points, subject.signs, subject.scene, single.load)
 
 
 def _value(own: Quantity, stand: Stand, design: Any, held: Held) -> Scalar:
