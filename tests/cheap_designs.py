@@ -70,6 +70,8 @@ if __name__ == "__main__":
 
     from trivet.errors import TrivetError
 
+    # A shell that runs the tests in the background has its children ignore the signal.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         cheap_designs.main()
     except TrivetError as error:
