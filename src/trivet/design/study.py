@@ -17,7 +17,7 @@ from pydantic import TypeAdapter
 
 from trivet.design.looked import Load, Points
 from trivet.design.quantities import Asked, Quantity, quantity
-from trivet.design.study_file import StudyFile, read_study_file
+from trivet.design.study_file import MOST_MACHINES, StudyFile, read_study_file
 from trivet.design.variables import Variable, machine_of, variables_of
 from trivet.errors import InputError
 from trivet.kinematics.mode import closed_form_signs, mode_text
@@ -25,6 +25,7 @@ from trivet.model import Machine, parse, to_text
 from trivet.model.toml import parse_toml
 from trivet.reach.scene import Scene, scene_of
 from trivet.statics.objective import objective
+from trivet.study.architecture import pairs
 from trivet.study.machines import choose
 from trivet.study.stiffness_map import roll_symmetry, workpiece_of
 
@@ -164,7 +165,8 @@ def read_study(path: str | os.PathLike[str]) -> Study:
     given = read_study_file(name)
     folder = os.path.dirname(name)
     try:
-        return study_of(given, [choose(_beside(folder, machine)) for machine in given.machines])
+        machines, guides = ([choose(_beside(folder, name)) for name in names] for names in (given.machines, given.guides))
+        return study_of(given, pairs(machines, guides) if guides else machines)
     except InputError as error:
         text = str(error)
         raise InputError(text if text.startswith(f"{name}: ") else f"{name}: {text}") from None
@@ -179,6 +181,8 @@ def _beside(folder: str, machine: str) -> str:
 def study_of(given: StudyFile, machines: Sequence[Machine]) -> Study:
     """A study of machines; errors as for `read_study`."""
     names = [machine.name for machine in machines]
+    if len(names) > MOST_MACHINES:
+        raise InputError(f"machines: {len(names)} with all pairs of legs and guides; at most {MOST_MACHINES}")
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"machines: {name} is given twice; give each file its own name under [about]")

@@ -141,6 +141,8 @@ class StudyFile:
     machines: Annotated[list[Text], Field(min_length=1, max_length=MOST_MACHINES)]
     """Names of the catalogue, or files beside this one, with settings where wanted: "azulay@link.length=200 mm"."""
     variables: Annotated[list[GivenVariable], Field(min_length=1, max_length=MOST_VARIABLES)]
+    guides: Annotated[list[Text], Field(max_length=MOST_MACHINES)] = field(default_factory=list)
+    """Machines on whose guides the legs of every one of `machines` stand in turn, instead of their own."""
     quantities: Annotated[list[Text], Field(max_length=MOST_QUANTITIES)] = field(default_factory=list)
     """What is asked of every design: "mean K_xx", "least clearance", "mass"."""
     poses: GivenPoses = GivenPoses()

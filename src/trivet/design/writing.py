@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,6 +12,9 @@ from trivet.design.optimisation import Member, Optimisation
 from trivet.errors import InputError
 from trivet.model import write
 from trivet.model.check import check
+
+LONGEST = 34
+"""Characters of a machine's name that its designs' names keep, so that machine files take them."""
 
 
 def write_machines(result: Optimisation, folder: str | os.PathLike[str], *, overwrite: bool = False) -> Iterator[str]:
@@ -26,7 +30,7 @@ def write_machines(result: Optimisation, folder: str | os.PathLike[str], *, over
         raise InputError(f"{target}: cannot be made: {error.strerror or error}") from None
     for k, member in enumerate(result.members):
         base = result.study.names[member.place]
-        name = f"{''.join(c if c.isalnum() or c in '-_' else '-' for c in base)}-{k + 1:03d}"
+        name = f"{re.sub(r'[^a-z0-9_-]', '-', base.lower())[:LONGEST]}-{k + 1:03d}"
         machine = result.machine(member)
         about = dataclasses.replace(
             machine.about, name=name, published=(), published_dynamic=(), notes=(), description=_words(result, member)

@@ -57,6 +57,12 @@ def matches(elements: tuple[Element, ...]) -> bool:
     return _parts(elements) is not None
 
 
+def guide_size(elements: tuple[Element, ...]) -> int:
+    """How many elements, from the first, are the guide; none where the chain is not a guide carrying a leg."""
+    parts = _parts(elements)
+    return 0 if parts is None else len(parts.guide_elements)
+
+
 def branches(elements: tuple[Element, ...]) -> tuple[int, ...]:
     """The choices of guide and leg."""
     parts = _parts(elements)
