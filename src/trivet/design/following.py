@@ -26,6 +26,8 @@ Array = NDArray[Any]
 
 BEYOND = 1e-5
 """rad uphill from the best roll: where a limit cuts the hill, that is outside of the travel."""
+APART = 1e-4
+"""rad on either side of a roll, at which slopes are compared for second derivatives: these are true to some 1e-8."""
 STEEPEST = 1e3
 """rad, by which a roll may turn over the range of a variable; a flat top says nothing of where to go."""
 
@@ -98,23 +100,21 @@ def _turns(stand: Callable[[Any], Stand], design: Any, roll: Any) -> Any:
     """(n, d) slopes of the rolls by the variables."""
     everywhere = jnp.ones(len(roll), dtype=bool)
 
-    def looked(design: Any, roll: Any) -> Looked:
-        return stand(design).at_rolls(_angle(roll), everywhere)
+    def both(design: Any, roll: Any) -> tuple[Any, Any]:
+        own = stand(design)
+        looked = own.at_rolls(_angle(roll), everywhere)
+        return own.points.objective(looked.stiffness), travel(looked)
 
-    def value(design: Any, roll: Any) -> Any:
-        return stand(design).points.objective(looked(design, roll).stiffness)
+    def slopes(roll: Any) -> tuple[Any, Any]:
+        """Of objective and margin: along the roll (n,), and by the variables (n, d)."""
+        return jax.jvp(partial(both, design), (roll,), (jnp.ones_like(roll),))[1], jax.jacfwd(both)(design, roll)
 
-    def rise(design: Any, roll: Any) -> Any:
-        return jax.jvp(partial(value, design), (roll,), (jnp.ones_like(roll),))[1]
-
-    def margin(design: Any, roll: Any) -> Any:
-        return travel(looked(design, roll))
-
-    slope, curvature = jax.jvp(partial(rise, design), (roll,), (jnp.ones_like(roll),))
-    top = -jax.jacfwd(rise)(design, roll) / curvature[:, None]
-    _, narrowing = jax.jvp(partial(margin, design), (roll,), (jnp.ones_like(roll),))
-    edge = -jax.jacfwd(margin)(design, roll) / narrowing[:, None]
-    is_cut = margin(design, roll + jnp.sign(slope) * BEYOND) < 0
+    # Differences of slopes: second derivatives of all that a machine is take minutes to compile.
+    ways = jnp.array([-APART, 0.0, APART])[:, None]
+    (rise, narrowing), (by, narrowed_by) = jax.lax.map(slopes, roll + ways)
+    curvature, bend = ((part[2] - part[0]) / (2 * APART) for part in (rise, by))
+    is_cut = both(design, roll + jnp.sign(rise[1]) * BEYOND)[1] < 0
+    top, edge = -bend / curvature[:, None], -narrowed_by[1] / narrowing[1][:, None]
     found = jnp.where(is_cut[:, None], edge, jnp.where(curvature[:, None] < 0, top, 0.0))
     return jnp.where(jnp.isfinite(found), found, jnp.inf)
 
