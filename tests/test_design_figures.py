@@ -132,6 +132,24 @@ def test_one_value_stands_in_the_middle_of_its_axis(value: float) -> None:
     assert float(word.replace("−", "-")) == value
 
 
+def test_what_a_design_lacks_stands_below_the_others() -> None:
+    axis = Axis("x", "mm", np.array([10.0, np.nan, 1000.0]), is_log=True)
+    assert axis.words == ["10 mm", "–", "1000 mm"]
+    assert axis.heights[1] == 0
+    assert 0.1 < axis.heights[0] < axis.heights[2] == 1
+    assert axis.ticks[1][0] == "–"
+    assert axis.ticks[0][0] == axis.ends[0] < 1 < axis.ticks[0][1]
+    one, choice = Axis("x", "°", np.array([np.nan, 5.0])), Axis("c", "", np.array([np.nan, 1.0]), ("thin", "thick"))
+    assert (one.words, one.ticks[1], choice.words) == (["–", "5°"], ["–", "5"], ["–", "thick"])
+    assert choice.ticks[1] == ["–", "thin", "thick"]
+
+
+def test_variables_that_no_machine_of_a_front_has_are_not_drawn() -> None:
+    asked = study((), (LINK, SECOND), [load("azulay"), load("glozman")], maximise=[STIFF], minimise=[LIGHT])
+    result = optimised(asked, [member(0, (1.0, 1.1), (1e6 * k, k, 1.0)) for k in (1, 2)])
+    assert [axis.name for axis in front.coordinates(result, 20)] == [STIFF, LIGHT, "reached", "link"]
+
+
 def test_picture_has_a_line_per_design_coloured_by_the_first_quantity(tmp_path: Path, drawn: list[Any]) -> None:
     result = swept(study(), tmp_path / "s", values)
     figure(result, tmp_path / "s.png")
@@ -343,6 +361,11 @@ def test_many_objectives_are_parallel_coordinates(tmp_path: Path, drawn: list[An
     labels = [one["label"].replace("<br>", " ") for one in lines["dimensions"]]
     assert labels == ["mean K_xx, N/µm", "mass, kg", "greatest outer radius, mm", "reached", "machine", "link", "link-2"]
     assert lines["dimensions"][4]["ticktext"] == ["azulay", "glozman"]
+    for dimension, place in zip(lines["dimensions"][5:], (0, 1), strict=True):
+        lacks = np.array([one.place != place for one in result.members])
+        assert dimension["ticktext"][0] == "–", "what a machine has no number of stands at the foot"
+        assert dimension["tickvals"][0] == dimension["range"][0]
+        np.testing.assert_array_equal(numbers(dimension["values"]) == dimension["range"][0], lacks)
     np.testing.assert_allclose(numbers(lines["dimensions"][0]["values"]), [one.values[0] / 1e6 for one in result.members])
     figure(result, tmp_path / "f.png")
     panel, bar = drawn[-1].axes

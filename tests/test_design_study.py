@@ -102,7 +102,7 @@ FILES: dict[str, tuple[dict[str, Any], str]] = {
     "sought twice": ({"optimise": {"maximise": ["mass"], "minimise": ["mass"]}}, "'mass' is sought twice"),
     "limits that exclude each other": ({"optimise": {"minimise": ["mass"], "limits": [
         {"quantity": "mean K_xx", "at_least": "5 N/um"}, {"quantity": "mean K_xx", "at_most": "4 N/um"}]}},
-        "mean K_xx at least 5 N/um, yet mean K_xx at most 4 N/um: no design can be both"),
+        "mean K_xx at least 5 N/µm, yet mean K_xx at most 4 N/µm: no design can be both"),
     "a limit without a bound": ({"optimise": {"minimise": ["mass"], "limits": [{"quantity": "mass"}]}}, "has no bound"),
     "a limit of another unit": ({"optimise": {"minimise": ["mass"], "limits": [{"quantity": "mass", "at_most": "5 N"}]}},
         "'N' is not a unit of mass"),

@@ -49,6 +49,24 @@ EXACT: list[tuple[Quantity, str, Fraction]] = [
 ]
 
 
+@pytest.mark.parametrize(("words", "told"), [
+    ("3 N/um", "3 N/µm"), ("-5 deg", "-5°"), ("deg", "°"), ("N^2/um^2", "(N/µm)²"), ("2 urad", "2 µrad"), ("kg mm^2", "kg mm²"),
+    ("mm^4", "mm⁴"), ("m/s^3", "m/s³"), ("degree of a sum, drum", "degree of a sum, drum"),
+])  # fmt: skip
+def test_units_have_the_signs_that_people_write(words: str, told: str) -> None:
+    assert quantity.signs(words) == told
+
+
+def test_numbers_are_told_in_the_preferred_unit() -> None:
+    assert STIFFNESS.told(3.1234567e6) == "3.1235 N/µm"
+    assert STIFFNESS.told(3.1234567e6, 3) == "3.12 N/µm"
+    assert ANGLE.told(math.radians(30)) == "30°"
+    assert KINDS["Ratio"].told(0.25) == "0.25"
+    assert (STIFFNESS.symbol, STIFFNESS.number(2e6)) == ("N/µm", "2")
+    for none in (math.nan, math.inf):
+        assert STIFFNESS.told(none) == STIFFNESS.number(none) == "-"
+
+
 def largest(kind: Quantity) -> float:
     return LARGEST_ANGLE if kind.si == "rad" else LARGEST
 

@@ -382,7 +382,7 @@ def test_tables_of_numbers_and_functions(corrected: Update) -> None:
     share = 100 * (1 - (told.deviation / corrected.problem.free.spread) ** 2)
     for k, (path, before, unit, scale, known) in enumerate((
         ("ball.stiffness", "300", "N m/rad", 1.0, 300 * math.log(3)),
-        ("slide.stiffness", "3", "N/um", 1e6, 3 * math.log(1.5)),
+        ("slide.stiffness", "3", "N/µm", 1e6, 3 * math.log(1.5)),
         ("loss_factor", "0.02", "", 1.0, 0.02 * math.log(3)),
     )):  # fmt: skip
         numbers = (

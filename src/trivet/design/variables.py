@@ -20,7 +20,7 @@ from trivet.design.study_file import GivenVariable, Written
 from trivet.errors import InputError
 from trivet.model import Machine
 from trivet.model.numbers import Number, number
-from trivet.model.quantity import Quantity
+from trivet.model.quantity import Quantity, signs
 
 Array = NDArray[Any]
 
@@ -58,9 +58,13 @@ class Variable:
         """Whether it takes only some values."""
         return bool(self.choices)
 
+    def acts_on(self, place: int) -> bool:
+        """Whether one of the machines has such numbers."""
+        return self.actions[place] is not None
+
     def written(self, value: float) -> str:
         """A value with its unit as people read it, or the choice in words."""
-        return self.labels[int(value)] if self.is_discrete else f"{self.kind.write(float(f'{value:.6g}'))}"
+        return signs(self.labels[int(value)]) if self.is_discrete else self.kind.told(value, 6)
 
 
 def variables_of(given: Sequence[GivenVariable], machines: Sequence[Machine]) -> tuple[Variable, ...]:

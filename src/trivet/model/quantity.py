@@ -27,10 +27,23 @@ LARGEST, SMALLEST = 1e24, 1e-30
 LARGEST_ANGLE = 1e3
 """rad: turns are lost in rounding beyond."""
 
+_SIGNS = {
+    r"N\^2/um\^2": "(N/µm)²", r"(?<=[0-9]) deg\b": "°", r"\bdeg\b": "°", r"\bu(?=(m|rad)\b)": "µ",
+    r"\^2": "²", r"\^3": "³", r"\^4": "⁴",
+}  # fmt: skip
+"""What people write for what files spell out."""
+
 TEMPERATURE_STEPS = {"K": Decimal(1), "mK": Decimal("1e-3"), "delta_degC": Decimal(1)}
 """Units of a change of temperature; "degC" is not among them, it says how warm something is."""
 
 ANGLE_UNITS = {"deg", "degree", "degrees", "rad", "radian", "radians", "mrad", "urad", "arcmin", "arcsec", "turn"}
+
+
+def signs(words: str) -> str:
+    """Words for people, with the signs of units that files spell out: "3 N/um" as "3 N/µm", "5 deg" as "5°"."""
+    for plain, sign in _SIGNS.items():
+        words = re.sub(plain, sign, words)
+    return words
 
 
 @cache
@@ -154,6 +167,20 @@ class Quantity:
             if float(Decimal(number) * factor) == si_value:
                 return f"{number} {self.written}"
         return f"{float(si_value)!r} {self.si}"
+
+    @property
+    def symbol(self) -> str:
+        """The preferred unit as people write it: "N/µm"."""
+        return signs(self.written)
+
+    def number(self, si_value: float, digits: int = 5) -> str:
+        """A number in the preferred unit, for people, without the unit; a dash where there is none."""
+        return f"{self.in_unit(si_value):.{digits}g}" if math.isfinite(si_value) else "-"
+
+    def told(self, si_value: float, digits: int = 5) -> str:
+        """A number with the preferred unit, for people; a dash where there is none."""
+        number = self.number(si_value, digits)
+        return number if number == "-" else signs(f"{number} {self.written}".rstrip())
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         return core_schema.no_info_plain_validator_function(

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from decimal import Decimal, InvalidOperation
-from functools import cache, reduce
+from functools import cache
 from typing import Any, NamedTuple
 
 from pydantic_core import PydanticCustomError, core_schema
 
 from trivet.errors import InputError, shown
-from trivet.model.quantity import Quantity
+from trivet.model.quantity import Quantity, signs
 
 NONE = "–"
 """What stands in a table of the paper where there is no number."""
@@ -27,8 +27,6 @@ QUANTITIES = (
     Quantity("pure number", "", ""),
 )
 """What numbers are of; each has every unit that machine files may use for it."""
-SIGNS = {"N^2/um^2": "(N/um)^2", "deg": "°", "um": "µm", "^2": "²", "^3": "³"}
-"""What people write for what is read."""
 
 
 class Unit(NamedTuple):
@@ -43,7 +41,7 @@ class Unit(NamedTuple):
     @property
     def shown(self) -> str:
         """As people write it."""
-        return reduce(lambda text, sign: text.replace(sign, SIGNS[sign]), SIGNS, self.name)
+        return signs(self.name)
 
     def text(self, value: float | None, digits: int = 4) -> str:
         """A value from SI, to so many digits."""

@@ -20,7 +20,7 @@ from trivet.show.parallel import Axis, of_quantity, of_variable
 from trivet.show.shapes import Array
 from trivet.show.sketch import Sketches, sketches
 from trivet.show.titles import HIGH, WIDE
-from trivet.show.units import signs, told, unit
+from trivet.show.units import signs, told
 
 OTHERS = "other machines"
 MOST_SERIES = 10
@@ -94,7 +94,7 @@ def title(result: Optimisation, bar: float) -> list[str]:
     missing = [reason.split(": ")[0] for reason in result.missing]
     lines = ["; ".join([found, *limits]), f"machines at home, all to one scale: the bars are {told_length(bar)} long"]
     if missing:
-        lines.append(f"without a design that meets all limits: {', '.join(missing)}")
+        lines.append(f"without a design: {', '.join(missing)}")
     return [", ".join(goal.words for goal in result.aims.goals), *(signs(line) for line in lines)]
 
 
@@ -142,7 +142,7 @@ def plan(result: Optimisation, top: int) -> Plan:
 
 def goal_axis(goal: Aim) -> str:
     """What an axis of an objective is called."""
-    name = ", ".join(filter(None, (goal.asked.name, unit(goal.asked.kind))))
+    name = ", ".join(filter(None, (goal.asked.name, goal.asked.kind.symbol)))
     return f"{name}  ({'greater' if goal.sign < 0 else 'less'} is better)"
 
 
@@ -193,14 +193,15 @@ def facts(result: Optimisation, member: Member, *, goals_only: bool = False) -> 
     if goals_only:
         return lines
     for variable, value in zip(result.study.variables, member.design, strict=True):
-        if variable.actions[member.place] is not None:
+        if variable.acts_on(member.place):
             lines.append(f"{variable.name} {signs(variable.written(float(value)))}")
     held = [signs(words) for words in (*member.active, *member.bounds)]
     return lines + ([f"held by {'; '.join(held)}"] if held else [])
 
 
 def coordinates(result: Optimisation, most: int) -> list[Axis]:
-    """Axes of the front: objectives, other quantities, the machine where there are several, variables."""
+    """Axes of the front: objectives, other quantities, the machine where there are several, variables that some of the
+    machines have."""
     values = np.array([one.values for one in result.members])
     designs = np.array([one.design for one in result.members])
     names = [goal.asked.name for goal in result.aims.goals]
@@ -211,7 +212,10 @@ def coordinates(result: Optimisation, most: int) -> list[Axis]:
     if len(places) > 1:
         own = np.array([places.index(one.place) for one in result.members], dtype=float)
         axes.append(Axis("machine", "", own, tuple(result.study.names[place] for place in places)))
-    axes += [of_variable(variable, designs[:, k]) for k, variable in enumerate(result.study.variables)]
+    for k, variable in enumerate(result.study.variables):
+        acts = np.array([variable.acts_on(one.place) for one in result.members])
+        if acts.any():
+            axes.append(of_variable(variable, np.where(acts, designs[:, k], np.nan)))
     return axes[:most]
 
 

@@ -14,7 +14,7 @@ from trivet.model.quantity import Quantity
 from trivet.show.names import broken
 from trivet.show.palette import BLACK, GREY, VALUES
 from trivet.show.shapes import Array
-from trivet.show.units import unit
+from trivet.show.units import signs
 
 TICKS, MOST_WORDS = 5, 12
 """Numbers beside an axis, about, and choices at most."""
@@ -24,6 +24,10 @@ LETTER, SLANTED = 6.6, 26
 """Width of a letter of a name in pixels, and letters of a line of a name that is slanted."""
 EDGE = 0.02
 """Room below and above the axes of a picture, a part of their height."""
+NONE = "–"
+"""What stands where a design has no such number."""
+BELOW = 0.15
+"""Of the axis: how far below the least number that stands."""
 CLOSEST = 58
 """Pixels from one axis to the next, so that neither slanted names nor numbers meet."""
 
@@ -34,7 +38,7 @@ class Axis(NamedTuple):
     name: str
     unit: str
     values: Array
-    """(n,) in the unit; of choices their numbers."""
+    """(n,) in the unit; of choices their numbers; NaN where a design has none, which some have."""
     choices: tuple[str, ...] = ()
     """In words; none of numbers."""
     is_log: bool = False
@@ -47,25 +51,44 @@ class Axis(NamedTuple):
     @property
     def words(self) -> list[str]:
         """The values as people read them."""
+        return [self._word(value) if np.isfinite(value) else NONE for value in self.values]
+
+    def _word(self, value: float) -> str:
         if self.choices:
-            return [self.choices[int(k)] for k in self.values]
-        return [f"{value:.5g} {self.unit}".replace("-", "−").rstrip() for value in self.values]
+            return self.choices[int(value)]
+        gap = "" if self.unit == "°" else " "
+        return signs(f"{value:.5g}{gap}{self.unit}".rstrip())
 
     @property
-    def places(self) -> Array:
-        """(n,) where the values stand on the axis."""
+    def _has_all(self) -> bool:
+        return bool(np.isfinite(self.values).all())
+
+    @property
+    def _numbers(self) -> Array:
+        """(n,) where the values stand; NaN where there is none."""
         return np.log10(self.values) if self.is_log else self.values
 
     @property
-    def ends(self) -> tuple[float, float]:
-        """Of the axis; a single value stands in the middle."""
+    def places(self) -> Array:
+        """(n,) where the values stand on the axis; at its foot where there is none."""
+        return np.where(np.isfinite(self.values), self._numbers, self.ends[0])
+
+    @property
+    def _span(self) -> tuple[float, float]:
+        """Of what there are numbers; a single value stands in the middle."""
         if self.choices:
             low, high = 0.0, len(self.choices) - 1.0
         else:
-            low, high = float(self.places.min()), float(self.places.max())
+            low, high = float(np.nanmin(self._numbers)), float(np.nanmax(self._numbers))
         if high - low > SAME * max(abs(low), abs(high)):
             return low, high
         return low - 0.5 * (abs(low) or 1), low + 0.5 * (abs(low) or 1)
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Of the axis: those of the numbers, and below them a place for none, where it is needed."""
+        low, high = self._span
+        return (low if self._has_all else low - BELOW * (high - low)), high
 
     @property
     def heights(self) -> Array:
@@ -76,12 +99,17 @@ class Axis(NamedTuple):
     @property
     def ticks(self) -> tuple[list[float], list[str]]:
         """Places on the axis, and what stands there."""
-        low, high = self.ends
+        places, words = self._ticks
+        return (places, words) if self._has_all else ([self.ends[0], *places], [NONE, *words])
+
+    @property
+    def _ticks(self) -> tuple[list[float], list[str]]:
+        low, high = self._span
         if self.choices:
             picked = np.unique(np.linspace(0, len(self.choices) - 1, min(len(self.choices), MOST_WORDS)).round())
             return [float(k) for k in picked], [self.choices[int(k)] for k in picked]
-        if low < float(self.places.min()):
-            return [(low + high) / 2], [_short(float(self.values[0]))]
+        if low < float(np.nanmin(self._numbers)):
+            return [(low + high) / 2], [_short(float(np.nanmin(self.values)))]
         return _round_places(low, high, self.is_log)
 
 
@@ -103,7 +131,7 @@ def _short(value: float) -> str:
 def of_variable(variable: Variable, values: Array) -> Axis:
     """The axis of a variable, of values (n,) SI."""
     if variable.is_discrete:
-        return Axis(variable.name, "", values, variable.labels)
+        return Axis(variable.name, "", values, tuple(signs(label) for label in variable.labels))
     return Axis(variable.name, *_in_unit(variable.kind, values), is_log=isinstance(variable.law, LogUniform))
 
 
@@ -113,7 +141,7 @@ def of_quantity(name: str, kind: Quantity, values: Array) -> Axis:
 
 
 def _in_unit(kind: Quantity, values: Array) -> tuple[str, Array]:
-    return unit(kind), values * kind.in_unit(1.0)
+    return kind.symbol, values * kind.in_unit(1.0)
 
 
 class Names(NamedTuple):

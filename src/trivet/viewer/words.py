@@ -24,13 +24,6 @@ def esc(text: str) -> str:
     return html.escape(text, quote=True)
 
 
-def unit(written: str) -> str:
-    """A unit of machine files as people write it."""
-    for plain, sign in (("deg", "°"), ("um", "µm"), ("**2", "²"), ("^2", "²"), ("**3", "³"), ("^3", "³"), ("*", " ")):
-        written = written.replace(plain, sign)
-    return written
-
-
 def block(*pieces: str, role: str = "") -> str:
     """Pieces together, in the type of the page."""
     return f'<div style="{_STYLE}"{role and f" {role}"}>{"".join(pieces)}</div>'

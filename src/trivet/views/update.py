@@ -8,7 +8,6 @@ from typing import Any
 
 from trivet.measure.correction.identifiability import Direction, NextPoint
 from trivet.measure.machine.parameters import LOSS_FACTOR
-from trivet.model.quantity import Quantity
 from trivet.study.update import Compared, Update
 from trivet.views.layout import more, table
 from trivet.views.likeness import criteria, idle, means
@@ -59,17 +58,11 @@ def _numbers(result: Update) -> Any:
         before = free.scale(free.start)[k] * free.spread[k]
         found.add_row(
             path,
-            *(in_unit(free.kinds[k], value) for value in (float(free.start[k]), float(result.after[k]))),
-            *(in_unit(free.kinds[k], value, 2) for value in (float(result.deviation[k]), float(before))),
+            *(free.kinds[k].told(value, 6) for value in (float(free.start[k]), float(result.after[k]))),
+            *(free.kinds[k].told(value, 2) for value in (float(result.deviation[k]), float(before))),
             f"{100 * (1 - shrunk**2):.1f} %",
         )
     return found
-
-
-def in_unit(kind: Quantity, value: float, digits: int = 6) -> str:
-    """A value in the unit that files prefer."""
-    factor = kind.parse(f"1 {kind.written}") if kind.si else 1.0
-    return f"{value / factor:.{digits}g} {kind.written}".strip()
 
 
 def _notes(result: Update) -> Iterator[str]:

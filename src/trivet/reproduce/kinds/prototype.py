@@ -118,11 +118,10 @@ class Prototype:
         truth, told = self.truth.machine(name), []
         numbers = zip(found.paths, found.problem.free.kinds, found.before, found.after, found.deviation, strict=True)
         for path, kind, before, after, deviation in numbers:
-            unit = kind.written
-            scale = kind.parse(f"1 {unit}") if kind.si else 1.0
             true = look_up(truth, path, self.truth.loss_factor).value
-            values = f"{before / scale:.4g} before, {after / scale:.4g} ± {deviation / scale:.2g} after, {true / scale:.4g}"
-            label = ", ".join(part for part in (path.rpartition("elements.")[2], unit) if part)
+            corrected = f"{kind.number(after, 4)} ± {kind.number(deviation, 2)}"
+            values = f"{kind.number(before, 4)} before, {corrected} after, {kind.number(true, 4)}"
+            label = ", ".join(part for part in (path.rpartition("elements.")[2], kind.symbol) if part)
             told.append(f"{label}: {values} in the stand-in.")
         return tuple(told)
 

@@ -70,7 +70,7 @@ class MachinePanel:
         low, high = ((value - reach) * factor, (value + reach) * factor)
         if (kind.positive or kind.at_least_zero) and low < 0:
             low = 0.0
-        label = _label(path, kind.written)
+        label = _label(path, kind.symbol)
         step = 10 ** math.floor(math.log10((high - low) / STEPS))
         slider = server.gui.add_slider(label, low, high, step, value * factor, hint=path)
         on_number(slider, partial(self._turned, len(self._rows)))
@@ -112,7 +112,7 @@ def _label(path: str, unit: str) -> str:
     *above, owner, key = path.split(".")
     if key.isdigit():
         owner, key = above[-1], f"{owner}, {(ENDS if owner == 'travel' else 'xyz')[int(key) - 1]}"
-    return f"{owner} {key}, {words.unit(unit)}".rstrip(", ").replace("_", " ")
+    return f"{owner} {key}, {unit}".rstrip(", ").replace("_", " ")
 
 
 def _group(path: str) -> str:
