@@ -134,30 +134,33 @@ class MachineModel:
     def rows(self, design: Array) -> Array:
         """(r,) at a design."""
         found = np.array(self._problem.rows(design, self._held))
-        for row, own in self._studied():
-            found[row] = self._by_study(own, design[None])[0]
+        rows, aims = self._studied()
+        if rows:
+            found[rows] = self._by_study(aims, design[None])[0]
         return found
 
     def slopes(self, design: Array) -> Array:
         """(r, d) at a design."""
         found = np.array(self._problem.slopes(design, self._held))
         low, high = self._problem.low, self._problem.high
-        for row, own in self._studied():
-            for k, values in enumerate(self._problem.discrete):
-                width = (high[k] - low[k]) * STEP
-                ends = np.clip(design[k] + np.array([-width, width]), low[k], high[k])
-                if values is not None or not ends[1] > ends[0]:
-                    continue
-                both = np.repeat(design[None], 2, axis=0)
-                both[:, k] = ends
-                found[row, k] = np.diff(self._by_study(own, both))[0] / (ends[1] - ends[0])
+        rows, aims = self._studied()
+        for k, values in enumerate(self._problem.discrete):
+            width = (high[k] - low[k]) * STEP
+            ends = np.clip(design[k] + np.array([-width, width]), low[k], high[k])
+            if not rows or values is not None or not ends[1] > ends[0]:
+                continue
+            both = np.repeat(design[None], 2, axis=0)
+            both[:, k] = ends
+            found[rows, k] = np.diff(self._by_study(aims, both), axis=0)[0] / (ends[1] - ends[0])
         return found
 
-    def _studied(self) -> list[tuple[int, Aim | Limit]]:
-        """Rows of what only a study knows."""
+    def _studied(self) -> tuple[list[int], list[Aim | Limit]]:
+        """Rows of what only a study knows, and what they are of."""
         aims = self._problem.aims.all
-        return [(int(np.argmax(self.owner == k)), own) for k, own in enumerate(aims) if not isinstance(own.asked, Quantity)]
+        own = [k for k, one in enumerate(aims) if not isinstance(one.asked, Quantity)]
+        return [int(np.argmax(self.owner == k)) for k in own], [aims[k] for k in own]
 
-    def _by_study(self, own: Aim | Limit, designs: Array) -> Array:
-        values = Evaluation(self._problem.single.asking([own.asked.name]))(designs).values
-        return seen([own], [own.asked.name], values)[:, 0]
+    def _by_study(self, aims: list[Aim | Limit], designs: Array) -> Array:
+        """(n, a), together, since studies may tell several numbers."""
+        names = list(dict.fromkeys(own.asked.name for own in aims))
+        return seen(aims, names, Evaluation(self._problem.single.asking(names))(designs).values)
