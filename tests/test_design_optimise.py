@@ -119,7 +119,7 @@ def test_rolls_follow_the_design() -> None:
         row = int(np.argmax(model.owner == 0))
         true = np.diff(ends.objectives[:, 0])[0] / (2 * step[k])
         assert true == pytest.approx(model.slopes(design)[row, k], rel=2e-3), own.variables[k]
-        deviation = own.constraints.index("deviation K_yy at most 5 N/um")
+        deviation = own.constraints.index("deviation K_yy at most 5 N/µm")
         row = int(np.argmax(model.owner == 2 + deviation))
         true = np.diff(ends.constraints[:, deviation])[0] / (2 * step[k])
         assert true == pytest.approx(model.slopes(design)[row, k], rel=2e-2, abs=1e-3), own.variables[k]
@@ -177,8 +177,19 @@ def test_limits_that_no_design_meets_are_named() -> None:
     aims = GivenAims(
         minimise=["mass"], limits=[GivenLimit(quantity="home K_zz", at_least="900 N/um")], evaluations=32, population=8
     )
-    with pytest.raises(NoResultError, match="home K_zz at least 900 N/um"):
+    with pytest.raises(NoResultError, match="home K_zz at least 900 N/µm"):
         optimise(seeking([LENGTH], aims))
+
+
+def test_a_machine_that_can_have_no_such_number_is_told_and_left_out() -> None:
+    """Glozman's drives all turn; what is sought and what limits are of count alike."""
+    density = GivenVariable(scale="steel.density", name="density", low=0.5, high=1.5)
+    aims = GivenAims(
+        minimise=["mass"], limits=[GivenLimit(quantity="home drive force", at_most="900 N")], evaluations=8, population=4
+    )
+    found = optimise(seeking([density], aims, load("azulay"), load("glozman")))
+    assert {member.place for member in (*found.members, *found.alternatives)} == {0}
+    assert found.missing == ("glozman: has no home drive force: no drive of it slides",)
 
 
 def test_the_command(trivet: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

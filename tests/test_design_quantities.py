@@ -9,10 +9,13 @@ import jax
 import numpy as np
 import pytest
 
+from trivet.design.aims import aims_of
 from trivet.design.evaluation import Evaluation
+from trivet.design.machine_problem import MachineProblem
 from trivet.design.quantities import names, quantity
+from trivet.design.slopes import first_order
 from trivet.design.study import CONTRADICTION, NOT_REACHED, WORKED_OUT, Study, study_of
-from trivet.design.study_file import GivenLoad, GivenPoses, GivenVariable, StudyFile
+from trivet.design.study_file import GivenAims, GivenLimit, GivenLoad, GivenPoses, GivenVariable, StudyFile
 from trivet.dynamics.batch import Case, drive_motion
 from trivet.dynamics.equations import REST, State
 from trivet.errors import InputError
@@ -29,8 +32,9 @@ from trivet.space.frame import Frame
 from trivet.space.pose import zyz_frame
 from trivet.space.screw import Wrench
 from trivet.space.vector import Vec
-from trivet.statics.objective import objective
+from trivet.statics.objective import AXES, objective
 from trivet.statics.stiffness import stiffness
+from trivet.study.frf import Minimum
 from trivet.study.stiffness_map import surface_of
 
 STEPS, ROLLS = 2, 24
@@ -208,6 +212,60 @@ def _passes(machine: Machine) -> bool:
     except InputError:
         return False
     return True
+
+
+def test_a_machine_that_can_have_no_such_number_has_none_beside_others() -> None:
+    """Glozman's drives all turn."""
+    both = StudyFile(
+        machines=["azulay", "glozman"], quantities=["greatest drive force", "mass"], poses=GivenPoses(steps=1, rolls=12),
+        variables=[GivenVariable(scale="steel.density", name="density", low=0.5, high=1.5)],
+    )  # fmt: skip
+    asked = study_of(both, [load(name) for name in both.machines])
+    found = Evaluation(asked)(np.ones((1, 1)))
+    assert list(np.isfinite(found.values[0])) == [True, False, True, True]
+    alone = asked.asking(["greatest drive force"])
+    single = Evaluation(alone)(np.ones((1, 1)))
+    assert single.status[0] == WORKED_OUT
+    assert single.values[0, 0] == pytest.approx(found.values[0, 0])
+    first = [first_order(alone, place) for place in (0, 1)]
+    assert np.isfinite(first[0].slope).all()
+    assert np.isnan([first[1].value[0], first[1].slope[0, 0], first[1].deviations[0]]).all()
+    with pytest.raises(InputError, match="glozman: greatest drive force: no drive of it slides"):
+        asked.of(1).asking(["greatest drive force"])
+
+
+def test_one_study_tells_several_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    worked: list[Any] = []
+
+    def minima(at: Any) -> list[Minimum]:
+        worked.append(at)
+        return [Minimum(axis, 1e6 * (k + float(at.machine.stock.sections["tube"].outer_diameter)), 50.0)
+                for k, axis in enumerate(AXES)]  # fmt: skip
+
+    monkeypatch.setattr("trivet.study.frf.minimum_dynamic_stiffness", minima)
+    given = StudyFile(
+        machines=["azulay"], quantities=["home D_xx", "home D_yy", "home D_rz"],
+        variables=[
+            GivenVariable(of="sections.tube.outer_diameter", low="18 mm", high="25 mm"),
+            GivenVariable(of="link.length", low="200 mm", high="230 mm"),
+        ],
+        optimise=GivenAims(maximise=["home D_yy", "home D_xx"], limits=[GivenLimit(quantity="home D_yy", at_least="1 N/um")]),
+    )  # fmt: skip
+    asked = study_of(given, [load("azulay")])
+    found = Evaluation(asked)(np.array([[0.02, 0.21], [0.022, 0.21]]))
+    np.testing.assert_allclose(found.values, 1e6 * np.array([[0.02, 1.02, 5.02], [0.022, 1.022, 5.022]]))
+    assert len(worked) == 2
+    worked.clear()
+    first = first_order(asked, 0)
+    np.testing.assert_allclose(first.slope, [[1e6, 0]] * 3, rtol=1e-6)
+    assert len(worked) == 1 + 2 * 2
+    study, aims = aims_of(asked)
+    model = MachineProblem(study, 0, aims).model(np.array([0.02, 0.21]))
+    worked.clear()
+    np.testing.assert_allclose(model.rows(np.array([0.02, 0.21])), [-1.02e6, -0.02e6, -0.02])
+    assert len(worked) == 1
+    np.testing.assert_allclose(model.slopes(np.array([0.02, 0.21])), [[-1e6, 0], [-1e6, 0], [-1, 0]], rtol=1e-6, atol=1e-6)
+    assert len(worked) == 1 + 2 * 2
 
 
 def test_unknown_quantities_are_answered_by_the_nearest() -> None:

@@ -14,7 +14,9 @@ from pydantic_core import PydanticCustomError
 from trivet.design.quantities import REACHED, Asked, Quantity, quantity
 from trivet.design.study import Study
 from trivet.design.study_file import GivenLimit
-from trivet.errors import InputError
+from trivet.errors import InputError, NoResultError
+from trivet.model import Machine
+from trivet.model.quantity import signs
 from trivet.space.scalar import Scalar
 
 Array = NDArray[Any]
@@ -51,7 +53,7 @@ class Limit:
     @property
     def words(self) -> str:
         """In words."""
-        bound = self.asked.kind.write(self.bound) if self.asked.kind.si else f"{self.bound:g}"
+        bound = signs(str(self.asked.kind.write(self.bound))) if self.asked.kind.si else f"{self.bound:g}"
         return f"{self.asked.name} at {'least' if self.sign < 0 else 'most'} {bound}"
 
     @property
@@ -81,6 +83,13 @@ class Aims:
         """Names of all quantities, none twice."""
         return list(dict.fromkeys(own.asked.name for own in self.all))
 
+    def require(self, machine: Machine) -> None:
+        """Raise NoResultError for a machine of a kind that has no such number."""
+        for own in self.all:
+            reason = own.asked.lacks(machine)
+            if reason is not None:
+                raise NoResultError(f"has no {own.asked.name}: {reason}")
+
 
 def aims_of(study: Study) -> tuple[Study, Aims]:
     """What a study file seeks, and the study that asks for it.
@@ -88,7 +97,7 @@ def aims_of(study: Study) -> tuple[Study, Aims]:
     A design must reach all check points, unless a limit on "reached" says otherwise: else means over few good points would win.
 
     Raises:
-        InputError: for a quantity that is not known or that a machine lacks, none to seek, or limits that exclude each other.
+        InputError: for a quantity that is not known or that no machine has, none to seek, or limits that exclude each other.
     """
     given = study.given.optimise
     goals = [Aim(quantity(name), sign) for names, sign in ((given.maximise, -1.0), (given.minimise, 1.0)) for name in names]

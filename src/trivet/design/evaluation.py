@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from trivet.design.looked import Stand
 from trivet.design.quantities import Quantity
 from trivet.design.rolls import turns
-from trivet.design.studied import Studied
+from trivet.design.studied import Studied, worked
 from trivet.design.study import CONTRADICTION, NOT_REACHED, WORKED_OUT, Column, Study
 from trivet.design.variables import machine_of
 from trivet.model.rules import kept
@@ -74,7 +74,7 @@ class Evaluation:
     @property
     def cost(self) -> int:
         """Poses of a map that take about as long as a design."""
-        studied = sum(own.cost for own in self.study.quantities if isinstance(own, Studied))
+        studied = sum({own.study: own.cost for own in self.study.quantities if isinstance(own, Studied)}.values())
         return (self.poses + studied) * len(self.study.subjects)
 
     @cached_property
@@ -102,11 +102,20 @@ class Evaluation:
         for place in range(len(self.study.subjects)):
             self._by_kernel(place, designs, rows, values)
             self._by_study(place, designs, rows, values, progress)
-            own = [k for k, column in enumerate(self.columns) if column.place == place]
-            reached &= np.isfinite(values[:, own]).any(axis=1)
+            if self._had[place]:
+                reached &= np.isfinite(values[:, self._had[place]]).any(axis=1)
         progress(count)
         status = np.where(good, np.where(reached, WORKED_OUT, NOT_REACHED), CONTRADICTION).astype(np.int8)
         return Worked(values, status)
+
+    @cached_property
+    def _had(self) -> list[list[int]]:
+        """Per machine the columns that are its own, but for what machines of its kind have no number of."""
+        own: list[list[int]] = [[] for _ in self.study.subjects]
+        for k, (_, place, asked) in enumerate(self.columns):
+            if asked.lacks(self.study.subjects[place].machine) is None:
+                own[place].append(k)
+        return own
 
     def _kept(self, place: int, designs: Array) -> Array:
         """Which designs' numbers do not contradict each other."""
@@ -114,7 +123,7 @@ class Evaluation:
         return np.broadcast_to(kept(machine), len(designs))
 
     def _by_kernel(self, place: int, designs: Array, rows: Array, values: Array) -> None:
-        columns = [k for k, c in enumerate(self.columns) if c.place == place and isinstance(c.asked, Quantity)]
+        columns = [k for k in self._had[place] if isinstance(self.columns[k].asked, Quantity)]
         if not columns or not len(rows):
             return
         kernel = self.kernel(place)
@@ -129,12 +138,10 @@ class Evaluation:
         values[rows[:, None], columns] = found
 
     def _by_study(self, place: int, designs: Array, rows: Array, values: Array, progress: Callable[[int], None]) -> None:
-        columns = [(k, c.asked) for k, c in enumerate(self.columns) if c.place == place and isinstance(c.asked, Studied)]
+        own = {k: asked for k in self._had[place] if isinstance(asked := self.columns[k].asked, Studied)}
         points, mode = self.study.subjects[place].points, self.study.given.poses.mode
-        for done, row in enumerate(rows) if columns else ():
-            machine = self.study.machine(place, designs[row])
-            for k, asked in columns:
-                values[row, k] = asked.of(machine, points, mode)
+        for done, row in enumerate(rows) if own else ():
+            values[row, list(own)] = worked(list(own.values()), self.study.machine(place, designs[row]), points, mode)
             progress(done)
 
     def kernel(self, place: int) -> Callable[[Array], Any]:
@@ -149,7 +156,8 @@ class Evaluation:
 
     def _made(self, place: int) -> Callable[[Array], Any]:
         study, subject = self.study, self.study.subjects[place]
-        asked = [own for own in study.quantities if isinstance(own, Quantity)]
+        had = [self.columns[k].asked for k in self._had[place]]
+        asked = [own for own in had if isinstance(own, Quantity)]
         numbers, structure = jax.tree.flatten(subject.machine)
 
         @jax.jit

@@ -16,7 +16,7 @@ from trivet.design.evaluation import Array, Evaluation
 from trivet.design.front.archive import is_best
 from trivet.design.front.evolution import Evolution
 from trivet.design.front.evolution import Progress as Step
-from trivet.design.front.front import HELD, Front
+from trivet.design.front.front import HELD, Bound, Front
 from trivet.design.front.polisher import Polishing
 from trivet.design.front.search import searched
 from trivet.design.machine_problem import MachineProblem
@@ -115,6 +115,7 @@ def optimise(
             own = _Prefixed(memo, f"{place}:".encode())
             start = asked.described_of(place)[None]
             try:
+                aims.require(asked.machines[place])
                 fronts[place] = searched(
                     problem, evolution, Polishing(points, seconds), own, start, partial(_told, progress, name)
                 )
@@ -176,9 +177,15 @@ def _members(study: Study, aims: Aims, place: int, front: Front) -> list[Member]
     problem = MachineProblem(study, place, aims)
     active = [_active(problem, design) for design in front.designs]
     values = _values(study, place, front.designs)
-    bounds = [tuple(f"{one.variable} at its {'greatest' if one.is_high else 'least'}" for one in own) for own in front.bounds]
+    bounds = [_ends(study, place, own) for own in front.bounds]
     rows = zip(front.designs, values, front.is_polished.tolist(), active, bounds, strict=True)
     return [Member(place, *row, np.zeros(0), np.nan) for row in rows]
+
+
+def _ends(study: Study, place: int, bounds: tuple[Bound, ...]) -> tuple[str, ...]:
+    """In words; those of variables that a machine has no number of hold nothing."""
+    has = {variable.name for variable in study.variables if variable.acts_on(place)}
+    return tuple(f"{one.variable} at its {'greatest' if one.is_high else 'least'}" for one in bounds if one.variable in has)
 
 
 def _active(problem: MachineProblem, design: Array) -> tuple[str, ...]:

@@ -9,14 +9,14 @@ tilt, home D_xx      a study of its own, machine by machine (`studied.py`)
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from types import ModuleType
 
 import jax.numpy as jnp
 
 from trivet.design import studied
-from trivet.design.fields import Field, drives, envelope, margins, stiffness, transmission
+from trivet.design.fields import Field, Lacks, drives, envelope, margins, stiffness, transmission
 from trivet.design.looked import Stand
 from trivet.design.studied import Studied
 from trivet.dynamics.bodies import carried_mass, require_masses
@@ -42,7 +42,9 @@ class Quantity:
     """Its units."""
     value: Callable[[Stand], Scalar]
     check: Callable[[Machine], None]
-    """Raises InputError for a machine that has no such number."""
+    """Raises InputError for a machine whose description lacks what the number asks for."""
+    lacks: Lacks
+    """Why machines of a kind have no such number."""
     field: Field | None = None
     reduction: str = ""
     """Of the field, over poses."""
@@ -64,9 +66,9 @@ def quantity(name: str) -> Asked:
     """
     text = " ".join(name.split())
     if text == MASS:
-        return Quantity(MASS, Kind("mass", "kg", "kg"), lambda stand: _mass(stand.machine), require_masses)
+        return Quantity(MASS, Kind("mass", "kg", "kg"), lambda stand: _mass(stand.machine), require_masses, _nothing)
     if text == REACHED:
-        return Quantity(REACHED, Kind("share", "", ""), lambda stand: stand.roll[1].mean(), lambda machine: None)
+        return Quantity(REACHED, Kind("share", "", ""), lambda stand: stand.roll[1].mean(), _nothing, _nothing)
     found = studied.read(text)
     if found is not None:
         return found
@@ -74,13 +76,32 @@ def quantity(name: str) -> Asked:
     field = next((f for module in FIELDS if (f := module.read(rest)) is not None), None) if reduction in REDUCTIONS else None
     if field is None:
         raise InputError(f"quantity '{text}' is not known{nearest(text, names())}")
-    return Quantity(text, field.kind, lambda stand: _reduced(field, reduction, stand), field.check, field, reduction)
+    return Quantity(
+        text, field.kind, lambda stand: _reduced(field, reduction, stand), field.check, field.lacks, field, reduction
+    )
+
+
+def require(asked: Asked, machines: Sequence[Machine]) -> None:
+    """Raise InputError where no machine has a quantity, or where a description lacks what it asks for.
+
+    A machine of a kind that has no such number is no error beside others that have it: its number is NaN.
+    """
+    reasons = [asked.lacks(machine) for machine in machines]
+    if None not in reasons:
+        raise InputError(f"{machines[0].name}: {asked.name}: {reasons[0]}")
+    for machine, reason in zip(machines, reasons, strict=True):
+        if reason is None:
+            asked.check(machine)
 
 
 def names() -> list[str]:
     """Names of quantities; those of stiffness along any direction, "mean K(1,0,1)", are known too."""
     some = [name for module in FIELDS for name in module.NAMES]
     return [MASS, REACHED, *studied.NAMES, *(f"{reduction} {name}" for reduction in REDUCTIONS for name in some)]
+
+
+def _nothing(machine: Machine) -> None:
+    """No machine lacks anything."""
 
 
 def _reduced(field: Field, reduction: str, stand: Stand) -> Scalar:

@@ -6,6 +6,7 @@ By JAX, with best rolls that follow (`following.py`); what only a study of its o
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -62,20 +63,55 @@ class FirstOrder(NamedTuple):
             return np.where(self.value[:, None] == 0, np.nan, self.slope * self.design / self.value[:, None])
 
 
-def first_order(study: Study, place: int) -> FirstOrder:
-    """Quantities of one of a study's machines to first order."""
+class _Asked(NamedTuple):
+    """Quantities of a machine by what tells their slopes; those that it has no number of are nowhere among them."""
+
+    smooth: dict[int, Quantity]
+    studied: dict[int, str]
+    steps: dict[int, str]
+    """Which go by steps and have no slopes."""
+
+    @classmethod
+    def of(cls, study: Study, place: int) -> _Asked:
+        found = cls({}, {}, {})
+        for k, own in enumerate(study.quantities):
+            if own.lacks(study.machines[place]) is not None:
+                continue
+            if isinstance(own, Studied):
+                found.studied[k] = own.name
+            elif own.name == REACHED:
+                found.steps[k] = own.name
+            else:
+                found.smooth[k] = own
+        return found
+
+    @property
+    def is_over_points(self) -> bool:
+        return any(own.is_over_points for own in self.smooth.values())
+
+
+def parts(study: Study, place: int) -> int:
+    """How many parts of the work `first_order` tells of."""
+    own = _Asked.of(study, place)
+    studied = 1 + len(_moved(study, place)) if own.studied else 0
+    return own.is_over_points + bool(own.smooth) + studied + bool(own.steps)
+
+
+def first_order(study: Study, place: int, told: Callable[[], None] = lambda: None) -> FirstOrder:
+    """Quantities of one of a study's machines to first order; calls `told` after every part of the work."""
     single = study.of(place).climbing()
     design = single.described_of(0)
-    smooth = {k: own for k, own in enumerate(single.quantities) if isinstance(own, Quantity) and own.name != REACHED}
+    own = _Asked.of(single, 0)
     value = np.full(len(single.quantities), np.nan)
     slope = np.full((len(value), len(design)), np.nan)
-    if smooth:
-        value[list(smooth)], slope[list(smooth)] = _by_jax(single, design, list(smooth.values()))
-    for k, own in enumerate(single.quantities):
-        if k not in smooth:
-            value[k] = _at(single, own.name, design[None])[0]
-        if isinstance(own, Studied):
-            slope[k] = _by_differences(single, own.name, design)
+    if own.smooth:
+        value[list(own.smooth)], slope[list(own.smooth)] = _by_jax(single, design, own, told)
+    for some in (own.studied, own.steps):
+        if some:
+            value[list(some)] = _at(single, some.values(), design[None])[0]
+            told()
+    if own.studied:
+        slope[list(own.studied)] = _by_differences(single, own.studied.values(), design, told)
     is_discrete = np.array([variable.is_discrete for variable in single.variables])
     deviation = np.array([_deviation(variable.law, own) for variable, own in zip(single.variables, design, strict=True)])
     slope[:, is_discrete] = np.nan
@@ -87,19 +123,22 @@ def _deviation(law: Law, value: float) -> float:
     return value * Uniform(math.log(law.low), math.log(law.high)).deviation if isinstance(law, LogUniform) else law.deviation
 
 
-def _by_jax(single: Study, design: Array, asked: list[Quantity]) -> tuple[Array, Array]:
+def _by_jax(single: Study, design: Array, asked: _Asked, told: Callable[[], None]) -> tuple[Array, Array]:
     """Values (q,) and slopes (q, d)."""
     stand = partial(standing, single)
     widths = np.array([variable.law.high - variable.law.low for variable in single.variables])
-    over_points = any(own.is_over_points for own in asked)
-    held = Follower(stand, widths).about(design) if over_points else nowhere(design)
+    held = nowhere(design)
+    if asked.is_over_points:
+        held = Follower(stand, widths).about(design)
+        told()
 
     def values(design: Any, held: Held) -> Any:
-        found = jnp.stack([_value(own, stand(design), design, held) for own in asked])
+        found = jnp.stack([_value(own, stand(design), design, held) for own in asked.smooth.values()])
         return found, found
 
-    slopes, found = jax.jit(jax.jacfwd(values, has_aux=True))(design, held)
-    return np.asarray(found), np.asarray(slopes)
+    slopes, found = (np.asarray(own) for own in jax.jit(jax.jacfwd(values, has_aux=True))(design, held))
+    told()
+    return found, slopes
 
 
 def _value(own: Quantity, stand: Stand, design: Any, held: Held) -> Scalar:
@@ -109,23 +148,26 @@ def _value(own: Quantity, stand: Stand, design: Any, held: Held) -> Scalar:
     return reduced(own.field.values(held.looked(stand, design)), held.reached, own.reduction)
 
 
-def _by_differences(single: Study, name: str, design: Array) -> Array:
-    """Slopes (d,) of a quantity; within the range of each variable."""
-    found = np.full(len(design), np.nan)
-    for k, variable in enumerate(single.variables):
-        if variable.actions[0] is None:
-            found[k] = 0.0
-        elif not variable.is_discrete:
-            low, high = variable.law.low, variable.law.high
-            both = np.repeat(design[None], 2, axis=0)
-            both[:, k] = np.clip(design[k] + np.array([-1, 1]) * STEP * (high - low), low, high)
-            found[k] = np.diff(_at(single, name, both))[0] / np.diff(both[:, k])[0]
+def _moved(study: Study, place: int) -> list[int]:
+    """Variables of which a difference is taken."""
+    return [k for k, own in enumerate(study.variables) if own.acts_on(place) and not own.is_discrete]
+
+
+def _by_differences(single: Study, names: Iterable[str], design: Array, told: Callable[[], None]) -> Array:
+    """Slopes (q, d) of quantities; within the range of each variable."""
+    found = np.zeros((len(list(names)), len(design)))
+    for k in _moved(single, 0):
+        low, high = single.variables[k].law.low, single.variables[k].law.high
+        both = np.repeat(design[None], 2, axis=0)
+        both[:, k] = np.clip(design[k] + np.array([-1, 1]) * STEP * (high - low), low, high)
+        found[:, k] = np.diff(_at(single, names, both), axis=0)[0] / np.diff(both[:, k])[0]
+        told()
     return found
 
 
-def _at(single: Study, name: str, designs: Array) -> Array:
-    """A quantity (n,) of designs."""
-    return Evaluation(single.asking([name]), len(designs))(designs).values[:, 0]
+def _at(single: Study, names: Iterable[str], designs: Array) -> Array:
+    """Quantities (n, q) of designs."""
+    return Evaluation(single.asking(list(names)), len(designs))(designs).values
 
 
 def _sum(squares: Array) -> Array:

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any
 
 from trivet.design.looked import Points
 from trivet.errors import NoResultError
 from trivet.model import Machine
 from trivet.model.quantity import Quantity as Kind
 from trivet.statics.objective import AXES
+
+if TYPE_CHECKING:
+    from trivet.study.frf import Minimum
+    from trivet.study.modes import ModesReport
+    from trivet.study.tilt import TiltReport
+    from trivet.study.workspace import WorkspaceReport
 
 TILT, CONNECTED, WORKSPACE, FREQUENCY = "tilt", "connected tilt", "workspace volume", "home frequency"
 DYNAMIC = {f"home D_{axis}{axis if len(axis) == 1 else ''}": axis for axis in AXES}
@@ -21,6 +28,10 @@ COLUMNS = 32
 """Of a workspace, along each axis."""
 
 
+Study = Callable[[Machine, Points, str | None], Any]
+"""Of a machine, the check points and the working mode; NoResultError where there is none."""
+
+
 @dataclass(frozen=True)
 class Studied:
     """A number that a study works out of one machine."""
@@ -28,59 +39,70 @@ class Studied:
     name: str
     kind: Kind
     """Its units."""
-    work: Callable[[Machine, Points, str | None], float]
-    """Of a machine, the check points and the working mode; NoResultError where there is none."""
+    study: Study
+    """Which may tell several numbers."""
+    pick: Callable[[Any], float]
+    """This number of what the study gives."""
     cost: int
-    """About as many poses of the map take as long."""
+    """About as many poses of the map take as long as the study."""
 
     def check(self, machine: Machine) -> None:
         """All machines with a closed form have it."""
 
-    def of(self, machine: Machine, points: Points, mode: str | None) -> float:
-        """The number, NaN where there is none."""
-        try:
-            return float(self.work(machine, points, mode))
-        except NoResultError:
-            return math.nan
+    def lacks(self, machine: Machine) -> None:
+        """No kind of machine has none."""
+
+
+def worked(asked: Sequence[Studied], machine: Machine, points: Points, mode: str | None) -> list[float]:
+    """Numbers of one machine, NaN where there is none; what several of them are of is worked out once."""
+    found: dict[Study, Any] = {}
+    for own in asked:
+        if own.study not in found:
+            try:
+                found[own.study] = own.study(machine, points, mode)
+            except NoResultError:
+                found[own.study] = None
+    return [math.nan if found[own.study] is None else float(own.pick(found[own.study])) for own in asked]
 
 
 def read(name: str) -> Studied | None:
-    """The study of a name."""
+    """The number of a name."""
     if name in (TILT, CONNECTED):
-        return Studied(name, Kind("angle", "rad", "deg"), partial(_tilt, name == CONNECTED), 30_000_000)
+        pick = attrgetter("tilt" if name == TILT else "connected_tilt")
+        return Studied(name, Kind("angle", "rad", "deg"), _tilt, pick, 30_000_000)
     if name == WORKSPACE:
-        return Studied(name, Kind("volume", "m^3", "mm^3"), _workspace, 30_000_000)
+        return Studied(name, Kind("volume", "m^3", "mm^3"), _workspace, attrgetter("volume"), 30_000_000)
     if name == FREQUENCY:
-        return Studied(name, Kind("frequency", "Hz", "Hz"), _frequency, 3_000_000)
+        return Studied(name, Kind("frequency", "Hz", "Hz"), _modes, lambda modes: modes.frequency[0], 3_000_000)
     if name in DYNAMIC:
         kind = (
             Kind("stiffness", "N/m", "N/um") if len(DYNAMIC[name]) == 1 else Kind("rotational stiffness", "N m/rad", "N m/rad")
         )
-        return Studied(name, kind, partial(_dynamic, DYNAMIC[name]), 3_000_000)
+        axis = AXES.index(DYNAMIC[name])
+        return Studied(name, kind, _minima, lambda minima: minima[axis].stiffness, 3_000_000)
     return None
 
 
-def _tilt(connected: bool, machine: Machine, points: Points, mode: str | None) -> float:
+def _tilt(machine: Machine, points: Points, mode: str | None) -> TiltReport:
     from trivet.study.tilt import tilt
 
-    found = tilt(machine, points.radius, points.height, mode=mode)
-    return found.connected_tilt if connected else found.tilt
+    return tilt(machine, points.radius, points.height, mode=mode)
 
 
-def _workspace(machine: Machine, points: Points, mode: str | None) -> float:
+def _workspace(machine: Machine, points: Points, mode: str | None) -> WorkspaceReport:
     from trivet.study.workspace import workspace
 
-    return workspace(machine, mode=mode, count=COLUMNS).volume
+    return workspace(machine, mode=mode, count=COLUMNS)
 
 
-def _frequency(machine: Machine, points: Points, mode: str | None) -> float:
+def _modes(machine: Machine, points: Points, mode: str | None) -> ModesReport:
     from trivet.study.modes import modes
 
-    return float(modes(machine, mode=mode, count=1).frequency[0])
+    return modes(machine, mode=mode, count=1)
 
 
-def _dynamic(axis: str, machine: Machine, points: Points, mode: str | None) -> float:
+def _minima(machine: Machine, points: Points, mode: str | None) -> list[Minimum]:
     from trivet.study.frf import minimum_dynamic_stiffness
     from trivet.study.pose import pose
 
-    return minimum_dynamic_stiffness(pose(machine, mode=mode))[AXES.index(axis)].stiffness
+    return minimum_dynamic_stiffness(pose(machine, mode=mode))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from trivet.design.looked import Load, Points
-from trivet.design.quantities import Asked, Quantity, quantity
+from trivet.design.quantities import Asked, Quantity, quantity, require
 from trivet.design.study_file import MOST_MACHINES, StudyFile, read_study_file
 from trivet.design.variables import Variable, machine_of, variables_of
 from trivet.errors import InputError
@@ -94,14 +94,13 @@ class Study:
         """The study with other quantities.
 
         Raises:
-            InputError: for a quantity that is not known, or that a machine does not have.
+            InputError: for a quantity that is not known, or that no machine has.
         """
         asked = tuple(quantity(name) for name in dict.fromkeys(" ".join(name.split()) for name in names))
         if not asked:
             raise InputError('quantities: none; say what is asked of every design, as in quantities = ["mean K_xx", "mass"]')
-        for machine in self.machines:
-            for own in asked:
-                own.check(machine)
+        for own in asked:
+            require(own, self.machines)
         points = any(isinstance(own, Quantity) and own.is_over_points for own in asked)
         for subject in self.subjects if points else ():
             workpiece_of(subject.machine, subject.points.radius, subject.points.height)

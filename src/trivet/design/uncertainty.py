@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import count
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +15,7 @@ from numpy.typing import NDArray
 from trivet.design.engine import Outcome
 from trivet.design.orderings import Order, Pair, orders, pairs
 from trivet.design.sampling import Saltelli
-from trivet.design.slopes import FirstOrder, first_order
+from trivet.design.slopes import FirstOrder, first_order, parts
 from trivet.design.sobol import Indices, indices
 from trivet.design.study import Study
 from trivet.design.sweep import Progress, Sweep, sweep
@@ -85,8 +87,10 @@ class Uncertainty:
 
     @cached_property
     def orders(self) -> list[list[Order]]:
-        """Per quantity the orders of all machines that occur, the most frequent first; none of a single machine."""
-        return [orders(one) for one in self._compared()]
+        """Per quantity the orders that occur of machines that have it, the most frequent first; none of a single machine."""
+        machines = self.study.machines
+        having = [[k for k, one in enumerate(machines) if own.lacks(one) is None] for own in self.study.quantities]
+        return [orders(*own) for own in zip(self._compared(), having, strict=False)]
 
     def described(self, column: int) -> float:
         """A column's quantity of the machine as described."""
@@ -125,12 +129,14 @@ def uncertainty(
     workers: int = 0,
     scheduler: str | None = None,
     progress: Progress = lambda done, total, remaining: None,
+    first: Callable[[str, int, int], None] = lambda machine, done, total: None,
 ) -> tuple[Uncertainty, Outcome]:
     """Take a study's variables as unknowns, independent of each other.
 
     Args:
         study: with quantities; `sensitivity.count` of it says how many base samples.
-        store: folder of the samples, made or gone on with, as of `sweep`; so are the other arguments.
+        store: folder of the samples, made or gone on with, as of `sweep`; so are the arguments that are not told here.
+        first: called while slopes are worked out, before the samples: with the machine, how many parts are done, of how many.
 
     Raises:
         InputError: for a study without quantities, variables of which none varies, or as of `sweep`.
@@ -140,15 +146,30 @@ def uncertainty(
     if not any(variable.law.deviation > 0 for variable in asked.variables):
         raise InputError("variables: none of them varies; give one a range, a deviation or a second choice")
     drawing = Saltelli(given.count, len(asked.variables), given.seed)
-    first = tuple(first_order(asked, place) for place in range(len(asked.subjects)))
+    slopes = _first_orders(asked, first)
     swept, outcome = sweep(asked, store, drawing=drawing, workers=workers, scheduler=scheduler, progress=progress)
-    found = Uncertainty(swept, drawing, first)
+    found = Uncertainty(swept, drawing, slopes)
     most = max(spread.samples for spread in found.spreads)
     if most * 2 < found.samples and not outcome.failures:
         raise NoResultError(
             f"of {found.samples:,} samples {most:,} at most have a quantity; ranges reach too far beyond what the machines can"
         )
     return found, outcome
+
+
+def _first_orders(study: Study, told: Callable[[str, int, int], None]) -> tuple[FirstOrder, ...]:
+    """Of every machine."""
+    counts = [parts(study, place) for place in range(len(study.subjects))]
+    found = []
+    for place, name in enumerate(study.names):
+        done = count(sum(counts[:place]))
+
+        def tell(name: str = name, done: Iterator[int] = done) -> None:
+            told(name, next(done), sum(counts))
+
+        tell()
+        found.append(first_order(study, place, tell))
+    return tuple(found)
 
 
 def _spread(values: Array) -> Spread:

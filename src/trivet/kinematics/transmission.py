@@ -52,14 +52,22 @@ class Transmission(NamedTuple):
         return jnp.minimum(jnp.min(self.input, axis=-1), jnp.min(self.output, axis=-1))
 
 
-def check(machine: Machine) -> None:
-    """Raise InputError for a machine of which transmission indices are not told."""
+def lacks(machine: Machine) -> str | None:
+    """Why transmission indices are not told of a machine; None where they are."""
     names = actuator_names(machine)
     if len(names) != 6:
-        raise InputError(f"{machine.name}: {len(names)} actuators; transmission indices are told of six")
+        return f"{len(names)} actuators; transmission indices are told of six"
     for leg in machine.legs:
         if not any(isinstance(e, Spherical) for e in leg.chain.elements):
-            raise InputError(f"{machine.name}: chain {leg.name} has no ball joint; transmission indices are told of forces")
+            return f"chain {leg.name} has no ball joint; transmission indices are told of forces"
+    return None
+
+
+def check(machine: Machine) -> None:
+    """Raise InputError for a machine of which transmission indices are not told."""
+    reason = lacks(machine)
+    if reason is not None:
+        raise InputError(f"{machine.name}: {reason}")
 
 
 class _Drives(NamedTuple):

@@ -18,6 +18,10 @@ def _nothing(machine: Machine) -> None:
     """All machines do."""
 
 
+Lacks = Callable[[Machine], str | None]
+"""Why machines of a kind have no such number, whatever their dimensions; None of one that has it."""
+
+
 class Field(NamedTuple):
     """A number at every pose."""
 
@@ -27,4 +31,5 @@ class Field(NamedTuple):
     values: Callable[[Looked], Scalar]
     """(n,) at poses, SI, a kernel."""
     check: Callable[[Machine], None] = _nothing
-    """Raises InputError for a machine that has no such number."""
+    """Raises InputError for a machine whose description lacks what the number asks for."""
+    lacks: Lacks = _nothing

@@ -8,7 +8,6 @@ from trivet.design.fields import Field
 from trivet.design.looked import Looked
 from trivet.dynamics.bodies import Bodies, require_masses
 from trivet.dynamics.equations import REST, State, Surroundings, inverse_dynamics
-from trivet.errors import InputError
 from trivet.kinematics.jacobian import actuators
 from trivet.model import Machine
 from trivet.model.quantity import Quantity
@@ -28,16 +27,18 @@ def read(name: str) -> Field | None:
         return None
     is_torque = name == TORQUE
 
-    def check(machine: Machine) -> None:
-        require_masses(machine)
-        Bodies.of(machine)
-        if not any(_turns(machine, is_torque)):
-            raise InputError(f"{machine.name}: {name}: no drive of it {'turns' if is_torque else 'slides'}")
+    def lacks(machine: Machine) -> str | None:
+        return None if any(_counted(machine, is_torque)) else f"no drive of it {'turns' if is_torque else 'slides'}"
 
-    return Field(name, _KINDS[name], lambda looked: _greatest(looked, is_torque), check)
+    return Field(name, _KINDS[name], lambda looked: _greatest(looked, is_torque), _check, lacks)
 
 
-def _turns(machine: Machine, is_torque: bool) -> list[bool]:
+def _check(machine: Machine) -> None:
+    require_masses(machine)
+    Bodies.of(machine)
+
+
+def _counted(machine: Machine, is_torque: bool) -> list[bool]:
     """Per actuator whether it counts: a carriage on a circle has a torque about the axis of the circle."""
     return [joint.is_angular == is_torque for _, joint in actuators(machine)]
 
@@ -49,5 +50,5 @@ def _greatest(looked: Looked, is_torque: bool) -> Scalar:
     wrench = Wrench(*(Vec(*(one * c for c in part)) for part in (load.force, load.moment)))
     around = Surroundings(Vec(*load.gravity), wrench)
     forces = inverse_dynamics(bodies, State(looked.poses, REST), REST, stand, around).force
-    counted = [jnp.abs(f) for f, counts in zip(forces, _turns(looked.machine, is_torque), strict=True) if counts]
+    counted = [jnp.abs(f) for f, counts in zip(forces, _counted(looked.machine, is_torque), strict=True) if counts]
     return jnp.max(jnp.stack(counted), axis=0)

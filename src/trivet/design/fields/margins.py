@@ -28,7 +28,7 @@ def read(name: str) -> Field | None:
     """
     fields = {
         TRAVEL: Field(TRAVEL, _PART, travel),
-        CLEARANCE: Field(CLEARANCE, _DISTANCE, _clearance, _require_bodies),
+        CLEARANCE: Field(CLEARANCE, _DISTANCE, _clearance, _require_plain, _no_pairs),
         SINGULARITY: Field(SINGULARITY, _SIGMA, _singularity, require_six_each),
     }
     return fields.get(name)
@@ -48,9 +48,11 @@ def _singularity(looked: Looked) -> Scalar:
     return margins.controls(looked.machine.legs_unnamed, length, looked.poses, looked.signs)[0]
 
 
-def _require_bodies(machine: Machine) -> None:
-    scene = scene_of(machine, with_workpiece=False)
-    if scene.meshed.pairs:
+def _require_plain(machine: Machine) -> None:
+    if scene_of(machine, with_workpiece=False).meshed.pairs:
         raise InputError(f"{machine.name}: clearance: shapes from mesh files cannot vary; give plain shapes")
-    if not scene.plain.pairs:
-        raise InputError(f"{machine.name}: clearance: no two of its bodies could touch")
+
+
+def _no_pairs(machine: Machine) -> str | None:
+    scene = scene_of(machine, with_workpiece=False)
+    return None if scene.meshed.pairs or scene.plain.pairs else "no two of its bodies could touch"

@@ -6,7 +6,7 @@ import jax
 
 from trivet.design.fields import Field
 from trivet.design.looked import Looked
-from trivet.kinematics.transmission import check, transmission
+from trivet.kinematics.transmission import lacks, transmission
 from trivet.model.quantity import Quantity
 from trivet.space.scalar import Scalar
 
@@ -18,7 +18,7 @@ _INDEX = Quantity("index", "", "")
 
 def read(name: str) -> Field | None:
     """The field of a name: the least of all input and output indices, `kinematics.transmission`."""
-    return Field(TRANSMISSION, _INDEX, _local, check) if name == TRANSMISSION else None
+    return Field(TRANSMISSION, _INDEX, _local, lacks=lacks) if name == TRANSMISSION else None
 
 
 def _local(looked: Looked) -> Scalar:
