@@ -279,17 +279,18 @@ class Output:
         """Refuse before the work, not after it, files that cannot be written."""
         output.check_files(self.figure or [], None, self.overwrite)
 
-    def say(self, result: Any, view: Any, *more: Any) -> None:
-        """Print a result by its view: a module of `trivet.views`, `tables` and `as_json` of the result and of what is more."""
+    def say(self, result: Any, view: Any, *more: Any, wrapped: bool = False) -> None:
+        """Print a result by its view: a module of `trivet.views`, `tables` and `as_json` of the result and of what is more;
+        `wrapped` as of `print_parts`."""
         if self.as_json:
             output.print_json(view.as_json(result, *more))
         else:
-            output.print_parts(view.tables(result, *more))
+            output.print_parts(view.tables(result, *more), wrapped=wrapped)
 
-    def give(self, result: Any, view: Any, *more: Any) -> None:
+    def give(self, result: Any, view: Any, *more: Any, wrapped: bool = False) -> None:
         """Draw a result and print it, in this order: who reads may stop reading."""
         output.draw(result, self.figure or [], self.overwrite, self.as_json)
-        self.say(result, view, *more)
+        self.say(result, view, *more, wrapped=wrapped)
 
 
 @dataclass(frozen=True)
@@ -305,8 +306,8 @@ class DataOutput(Output):
         """Where the rest goes."""
         return Output(self.figure, self.overwrite, self.as_json)
 
-    def give(self, result: Any, view: Any, *more: Any) -> None:
+    def give(self, result: Any, view: Any, *more: Any, wrapped: bool = False) -> None:
         output.draw(result, self.figure or [], self.overwrite, self.as_json)
         if self.data is not None:
             output.save(result, self.data, self.overwrite)
-        self.say(result, view, *more)
+        self.say(result, view, *more, wrapped=wrapped)

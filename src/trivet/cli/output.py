@@ -186,8 +186,9 @@ def progress(quiet: bool, unit: str = "points") -> Iterator[Callable[..., None]]
 
 
 @contextmanager
-def remaining(quiet: bool, unit: str) -> Iterator[Callable[[int, int, float | None], None]]:
-    """A bar for long work; gives what is called with how many are done, of how many, and the seconds that the rest takes."""
+def remaining(quiet: bool, unit: str) -> Iterator[Callable[..., None]]:
+    """A bar for long work; gives what is called with how many are done, of how many, the seconds that the rest takes, and what
+    is done where that is not the unit."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
@@ -203,9 +204,9 @@ def remaining(quiet: bool, unit: str) -> Iterator[Callable[[int, int, float | No
     with Progress(*columns, console=Console(stderr=True), transient=True, disable=quiet or not sys.stderr.isatty()) as bar:
         task = bar.add_task(_FIRST, total=None, count="", rest="")
 
-        def advance(done: int, total: int, seconds: float | None) -> None:
+        def advance(done: int, total: int, seconds: float | None = None, doing: str = unit) -> None:
             rest = "" if seconds is None else f"about {lasting(seconds)} left"
-            bar.update(task, description=unit, completed=done, total=total, count=f"{done:,} of {total:,}", rest=rest)
+            bar.update(task, description=doing, completed=done, total=total, count=f"{done:,} of {total:,}", rest=rest)
 
         yield advance
 

@@ -94,7 +94,7 @@ def _shares(result: Uncertainty) -> Block:
     found = np.array([[(pair.greater.value, *pair.greater.interval) for pair in own] for own in result.pairs])
     share, low, high = np.moveaxis(found.transpose(1, 0, 2), -1, 0)
     columns = [own.name for own in result.study.quantities]
-    words = "below, in which share of the samples one machine has more than another (95 %)"
+    words = "below, in which share of the samples one machine has more than another (95 % of independent samples)"
     return Block(rows, columns, share, np.full(share.shape, np.nan), low, high, words, (ORANGE, ORANGE))
 
 

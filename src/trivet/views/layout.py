@@ -21,17 +21,22 @@ def table(title: str, *columns: str, left: int = 1) -> Table:
     return made
 
 
-def wrapping(made: Table) -> Table:
-    """The same table, its last column broken into lines where the terminal is too narrow for it."""
-    made.columns[-1].no_wrap = False
-    made.columns[-1].overflow = "fold"
+def wrapping(made: Table, column: int = -1) -> Table:
+    """The same table, a column of it, the last, broken into lines where the terminal is too narrow for it."""
+    made.columns[column].no_wrap = False
+    made.columns[column].overflow = "fold"
     return made
 
 
 def more(rows: Table, count: int, shown: int) -> None:
     """A last row that tells of those which are not shown, where there are any."""
     if count > shown:
-        rows.add_row(f"and {count - shown} more with --json")
+        rows.add_row(rest(count, shown))
+
+
+def rest(count: int, shown: int) -> str:
+    """Of those which are not shown, nothing where there are none."""
+    return f"and {count - shown} more with --json" if count > shown else ""
 
 
 def where(name: str, mode: str, position: Sequence[float], angles: Sequence[float]) -> str:

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from trivet.design.optimisation import Member, Optimisation
-from trivet.views.layout import more, table
-from trivet.views.quantity import key, number, unit
-from trivet.views.si import finite
-from trivet.views.sweep import design_json
+from trivet.views.fitted import Fitted
+from trivet.views.layout import rest, table, wrapping
+from trivet.views.si import finite, key
+from trivet.views.sweep import design_json, design_words
 
 SHOWN, BESIDE = 20, 8
 """Members and alternatives of the tables."""
@@ -20,10 +20,10 @@ SHOWN, BESIDE = 20, 8
 def tables(result: Optimisation) -> Iterator[Any]:
     """The aims, the front with what holds its designs, alternatives, and what other ways say."""
     yield _aims(result)
-    yield _front(result, result.members, "designs that no other dominates", SHOWN)
+    yield _front(result, result.members, "designs that no other dominates", "their variables", SHOWN)
     yield _holding(result)
     if result.alternatives:
-        yield _front(result, result.alternatives, "dominated designs beside them", BESIDE)
+        yield _front(result, result.alternatives, "dominated designs beside them", "the variables of these", BESIDE)
     yield _again(result)
     yield from (f"without a design: {reason}" for reason in result.missing)
 
@@ -34,18 +34,18 @@ def _aims(result: Optimisation) -> str:
     return f"{goals}" + (f"; with {limits}" if limits else "")
 
 
-def _front(result: Optimisation, members: tuple[Member, ...], title: str, most: int) -> Any:
+def _front(result: Optimisation, members: tuple[Member, ...], title: str, variables: str, most: int) -> Any:
+    """A row per design; where that is too wide, a table of quantities, and one of variables that is turned."""
     kinds = [own.kind for own in result.study.quantities]
-    heads = [f"{name}, {unit(kind)}".rstrip(", ") for name, kind in zip(result.columns, kinds, strict=True)]
+    heads = [f"{name}\n{kind.symbol}".rstrip() for name, kind in zip(result.columns, kinds, strict=True)]
     names = [variable.name for variable in result.study.variables]
     rows = table(title, "", "machine", *heads, *names, left=2)
     for k in _picked(len(members), most):
         member = members[k]
-        values = [number(kind, value) for kind, value in zip(kinds, member.values, strict=True)]
-        design = [one.written(value) for one, value in zip(result.study.variables, member.design, strict=True)]
+        values = [kind.number(value) for kind, value in zip(kinds, member.values, strict=True)]
+        design = design_words(result.study, member.place, member.design)
         rows.add_row(str(k + 1), result.study.names[member.place], *values, *design)
-    more(rows, len(members), most)
-    return rows
+    return Fitted(rows, names=2, first=len(heads), rest=variables, note=rest(len(members), most))
 
 
 def _picked(count: int, most: int) -> list[int]:
@@ -59,7 +59,7 @@ def _holding(result: Optimisation) -> Any:
         member = result.members[k]
         held = "; ".join((*member.active, *member.bounds)) or ("nothing: it is at a top" if member.is_polished else "-")
         rows.add_row(str(k + 1), result.study.names[member.place], held)
-    return rows
+    return wrapping(rows)
 
 
 def _again(result: Optimisation) -> str:
@@ -99,7 +99,7 @@ def _member(result: Optimisation, member: Member) -> dict[str, Any]:
     again = member.again if len(member.again) else np.full(len(keys), np.nan)
     return {
         "machine": result.study.names[member.place],
-        "design": design_json(result.study.variables, member.design),
+        "design": design_json(result.study, member.place, member.design),
         "quantities": {name: finite(value) for name, value in zip(keys, member.values, strict=True)},
         "finer": {name: finite(value) for name, value in zip(keys, again, strict=True)},
         "is_polished": member.is_polished,

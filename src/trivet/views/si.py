@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +11,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from trivet.measure.functions import Channel, Functions
+    from trivet.model.quantity import Quantity
     from trivet.study.frf import Minimum
 
 
@@ -22,6 +24,13 @@ def finite(value: Any) -> Any:
     if isinstance(value, (float, np.floating)):
         return float(value) if math.isfinite(value) else None
     return value.item() if isinstance(value, np.generic) else value
+
+
+def key(name: str, kind: Quantity) -> str:
+    """A key of JSON that ends with the SI unit: "mean K_xx" as "mean_K_xx_N_per_m"."""
+    plain = re.sub(r"[^0-9A-Za-z_.-]+", "_", name.replace("1/C", "1_C")).strip("_")
+    units = kind.si.replace("/", "_per_").replace("^", "").replace(" ", "_")
+    return f"{plain}_{units}" if units else plain
 
 
 def diagonal_key(name: str) -> str:

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from trivet.design.engine import Outcome
+from trivet.design.study import Column, Study
 from trivet.design.sweep import Summary, Sweep
-from trivet.model.quantity import Quantity
+from trivet.views.fitted import Fitted
 from trivet.views.layout import table
-from trivet.views.quantity import key, number, unit
-from trivet.views.si import finite
+from trivet.views.si import finite, key
 
 
 def tables(result: Sweep, outcome: Outcome) -> Iterator[Any]:
@@ -33,27 +33,21 @@ def _words(statuses: dict[str, int]) -> str:
     return "; ".join(f"{count:,} {word}" for word, count in statuses.items())
 
 
-def _kinds(result: Sweep) -> dict[str, Quantity]:
-    return {column.name: column.asked.kind for column in result.study.columns}
-
-
 def _quantities(result: Sweep) -> Any:
-    kinds = _kinds(result)
     rows = table("quantities over the designs", "", "unit", "designs", "least", "mean", "deviation", "greatest", left=2)
-    for one in result.summaries:
-        kind = kinds[one.name]
-        values = (number(kind, value) for value in (one.least, one.mean, one.deviation, one.greatest))
-        rows.add_row(one.name, unit(kind), f"{one.designs:,}", *values)
-    return rows
+    for one, column in zip(result.summaries, result.study.columns, strict=True):
+        kind = column.asked.kind
+        values = (kind.number(value) for value in (one.least, one.mean, one.deviation, one.greatest))
+        rows.add_row(one.name, kind.symbol, f"{one.designs:,}", *values)
+    return Fitted(rows, names=2)
 
 
 def _designs(result: Sweep) -> Any:
     rows = table("designs at the ends", "", "at its", "design", *result.variables, left=2)
-    for one in result.summaries:
+    for one, column in zip(result.summaries, result.study.columns, strict=True):
         for end, index in _ends(one):
-            values = zip(result.study.variables, result.design(index), strict=True)
-            rows.add_row(one.name, end, str(index), *(variable.written(value) for variable, value in values))
-    return rows
+            rows.add_row(one.name, end, str(index), *design_words(result.study, column.place, result.design(index)))
+    return Fitted(rows, names=2)
 
 
 def _ends(one: Summary) -> list[tuple[str, int]]:
@@ -64,26 +58,25 @@ def _ends(one: Summary) -> list[tuple[str, int]]:
 
 def as_json(result: Sweep, outcome: Outcome) -> dict[str, Any]:
     """The same for programs, in SI; the numbers of all designs are in the store."""
-    kinds = _kinds(result)
     return {
         "store": str(result.results.path),
         "machines": result.study.names,
         "designs": result.count,
         "statuses": result.statuses,
         "chunks": {"done": outcome.done, "of": outcome.total},
-        "quantities": [_quantity_json(result, one, kinds[one.name]) for one in result.summaries],
+        "quantities": [_quantity_json(result, *own) for own in zip(result.summaries, result.study.columns, strict=True)],
         "mended": [str(fault) for fault in outcome.mended],
         "failures": [str(failure) for failure in outcome.failures],
     }
 
 
-def _quantity_json(result: Sweep, one: Summary, kind: Quantity) -> dict[str, Any]:
+def _quantity_json(result: Sweep, one: Summary, column: Column) -> dict[str, Any]:
     def design(index: int) -> Any:
-        return None if not one.designs else {"design": index} | design_json(result.study.variables, result.design(index))
+        return None if not one.designs else {"design": index} | design_json(result.study, column.place, result.design(index))
 
     return {
         "name": one.name,
-        "unit": kind.si,
+        "unit": column.asked.kind.si,
         "designs": one.designs,
         "least": finite(one.least),
         "mean": finite(one.mean),
@@ -94,11 +87,17 @@ def _quantity_json(result: Sweep, one: Summary, kind: Quantity) -> dict[str, Any
     }
 
 
-def design_json(variables: Any, design: np.ndarray) -> dict[str, Any]:
-    """Values of a design by key, choices in words."""
-    return {
-        (variable.name if variable.is_discrete else key(variable.name, variable.kind)): (
-            variable.labels[int(value)] if variable.is_discrete else float(value)
-        )
-        for variable, value in zip(variables, design, strict=True)
-    }
+def design_words(study: Study, place: int, design: np.ndarray) -> list[str]:
+    """Values of a design of one of the machines; a dash for a variable that it has no number of."""
+    values = zip(study.variables, design, strict=True)
+    return [variable.written(value) if variable.acts_on(place) else "-" for variable, value in values]
+
+
+def design_json(study: Study, place: int, design: np.ndarray) -> dict[str, Any]:
+    """Values of a design of one of the machines by key, choices in words; null for a variable that it has no number of."""
+    found: dict[str, Any] = {}
+    for variable, value in zip(study.variables, design, strict=True):
+        own = variable.labels[int(value)] if variable.is_discrete else float(value)
+        name = variable.name if variable.is_discrete else key(variable.name, variable.kind)
+        found[name] = own if variable.acts_on(place) else None
+    return found

@@ -12,10 +12,15 @@ from trivet.design.laws import Choices, LogUniform, Normal
 from trivet.design.orderings import Share
 from trivet.design.uncertainty import Uncertainty
 from trivet.design.variables import Variable
-from trivet.views.layout import more, table
-from trivet.views.quantity import key, number, unit
-from trivet.views.si import finite
+from trivet.views.fitted import Fitted
+from trivet.views.layout import more, table, wrapping
+from trivet.views.si import finite, key
 from trivet.views.sweep import design_json
+
+INTERVALS = (
+    "95 % of a share: Wilson's interval of so many independent samples; these are points of a Sobol sequence, which as a rule "
+    "come nearer"
+)
 
 ORDERS = 6
 """Orders of all machines that are told of a quantity."""
@@ -41,6 +46,7 @@ def tables(result: Uncertainty, outcome: Outcome) -> Iterator[Any]:
     if result.pairs:
         yield _pairs(result)
         yield _orders(result)
+        yield INTERVALS
     yield from (f"mended: {fault}" for fault in outcome.mended)
     yield from (f"left out: {failure}" for failure in outcome.failures)
 
@@ -63,7 +69,7 @@ def _variables(result: Uncertainty) -> Any:
             rows.add_row(one.name, f"{law_words(one)} about {one.written(one.law.middle)}", "", "")
         else:
             rows.add_row(one.name, law_words(one), one.written(one.law.low), one.written(one.law.high))
-    return rows
+    return wrapping(rows, 1)
 
 
 def _spreads(result: Uncertainty) -> Any:
@@ -72,8 +78,8 @@ def _spreads(result: Uncertainty) -> Any:
     for k, (name, one) in enumerate(zip(result.column_names, result.spreads, strict=True)):
         kind = result.study.columns[k].asked.kind
         values = (result.described(k), one.mean, *one.quantiles, one.deviation, result.deviation(k))
-        rows.add_row(name, unit(kind), f"{one.samples:,}", *(number(kind, value, 4) for value in values))
-    return rows
+        rows.add_row(name, kind.symbol, f"{one.samples:,}", *(kind.number(value, 4) for value in values))
+    return Fitted(rows, names=2)
 
 
 def _by_variable(result: Uncertainty, title: str, cells: Sequence[Sequence[str]]) -> Any:
@@ -81,7 +87,7 @@ def _by_variable(result: Uncertainty, title: str, cells: Sequence[Sequence[str]]
     rows = table(title, "", *(variable.name for variable in result.study.variables))
     for name, row in zip(result.column_names, cells, strict=True):
         rows.add_row(name, *row)
-    return rows
+    return Fitted(rows)
 
 
 def _own(result: Uncertainty, column: int) -> Any:
@@ -132,7 +138,7 @@ def _pairs(result: Uncertainty) -> Any:
             first, second = (result.described(k * len(names) + place) for place in (pair.first, pair.second))
             holds = ("yes" if first > second else "no") if np.isfinite([first, second]).all() else "-"
             rows.add_row(own.name, f"{names[pair.first]} > {names[pair.second]}", *_share(pair.greater), holds)
-    return rows
+    return wrapping(rows, 1)
 
 
 def _orders(result: Uncertainty) -> Any:
@@ -142,7 +148,7 @@ def _orders(result: Uncertainty) -> Any:
         for order in group[:ORDERS]:
             rows.add_row(own.name, " > ".join(names[place] for place in order.places), *_share(order.share))
         more(rows, len(group), ORDERS)
-    return rows
+    return wrapping(rows, 1)
 
 
 def as_json(result: Uncertainty, outcome: Outcome) -> dict[str, Any]:
@@ -156,7 +162,7 @@ def as_json(result: Uncertainty, outcome: Outcome) -> dict[str, Any]:
         "designs": result.swept.count,
         "statuses": result.swept.statuses,
         "variables": [_variable_json(one) for one in study.variables],
-        "as_described": [design_json(study.variables, one.design) for one in result.first],
+        "as_described": [design_json(study, place, one.design) for place, one in enumerate(result.first)],
         "quantities": [_quantity_json(result, k) for k in range(len(study.columns))],
         "pairs": [
             {
@@ -222,4 +228,9 @@ def _quantity_json(result: Uncertainty, column: int) -> dict[str, Any]:
 
 
 def _share_json(one: Share) -> dict[str, Any]:
-    return {"count": one.times, "samples": one.samples, "share": finite(one.value), "interval": finite(one.interval)}
+    return {
+        "count": one.times,
+        "samples": one.samples,
+        "share": finite(one.value),
+        "interval_of_independent_samples": finite(one.interval),
+    }

@@ -64,4 +64,4 @@ def run(
     if machines is not None:
         for path in write_machines(result, machines, overwrite=out.overwrite):
             output.wrote(path)
-    out.give(result, view)
+    out.give(result, view, wrapped=True)

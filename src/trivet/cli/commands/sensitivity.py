@@ -38,8 +38,11 @@ def run(
     out.check()
     folder = store if store is not None else f"{Path(study).stem}.sensitivity.zarr"
     with output.remaining(out.as_json, "designs") as advance:
-        result, outcome = uncertainty(asked, folder, workers=workers, scheduler=scheduler, progress=advance)
+        result, outcome = uncertainty(
+            asked, folder, workers=workers, scheduler=scheduler, progress=advance,
+            first=lambda machine, done, total: advance(done, total, doing=f"slopes of {machine}"),
+        )  # fmt: skip
     output.wrote(folder)
-    out.give(result, view, outcome)
+    out.give(result, view, outcome, wrapped=True)
     if outcome.failures:
         raise NoResultError(f"{len(outcome.failures)} chunks failed; the same command tries them again")

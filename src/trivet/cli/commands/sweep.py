@@ -27,6 +27,6 @@ def run(
     with output.remaining(out.as_json, "designs") as advance:
         result, outcome = sweep(asked, folder, workers=workers, scheduler=scheduler, progress=advance)
     output.wrote(folder)
-    out.give(result, view, outcome)
+    out.give(result, view, outcome, wrapped=True)
     if outcome.failures:
         raise NoResultError(f"{len(outcome.failures)} chunks failed; the same command tries them again")
