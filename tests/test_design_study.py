@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from scipy.stats import kstest
 
 from trivet.design.aims import aims_of
 from trivet.design.laws import Choices, Law, LogUniform, Normal, Uniform
+from trivet.design.sampling import Sobol
 from trivet.design.study import Study, read_study, unpacked
 from trivet.design.sweep import SweepTask, chunk_of, drawn, layout_of, sampling_of
 from trivet.model import load, to_text
@@ -126,6 +128,50 @@ def test_files_lie_beside_the_study(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert read_study("below/study.toml").names == ["own"]
 
 
+def test_files_beside_the_study_take_settings(tmp_path: Path) -> None:
+    (tmp_path / "own.toml").write_text(to_text(load("azulay").renamed("own")), encoding="utf-8")
+    (machine,) = study(tmp_path, machines=["own.toml@link.length=211 mm"]).machines
+    assert machine.chains["leg"].elements[3].length == pytest.approx(0.211, rel=1e-15)
+
+
+def test_check_points_need_a_hemisphere(tmp_path: Path) -> None:
+    bare = replace(load("azulay"), workpiece=None)
+    (tmp_path / "own.toml").write_text(to_text(bare.renamed("own")), encoding="utf-8")
+    assert "own: has no [workpiece]" in refused(tmp_path, machines=["own.toml"])
+    assert study(tmp_path, machines=["own.toml"], quantities=["mass", "home K_xx"]).names == ["own"]
+    placed = {"radius": "5 mm", "height": "160 mm"}
+    assert study(tmp_path, machines=["own.toml"], poses=placed).names == ["own"]
+
+
+def test_factors_multiply_what_other_variables_set(tmp_path: Path) -> None:
+    size = {"scale": ["link.length", "guide.radius"], "choices": [0.9, 1.1], "name": "size"}
+    made = study(tmp_path, variables=[size, LENGTH]).machine(0, [1, 0.21])
+    guide, own = made.chains["leg"].elements[0], load("azulay").chains["leg"].elements[0]
+    assert made.chains["leg"].elements[3].length == pytest.approx(1.1 * 0.21, rel=1e-15)
+    assert guide.radius == pytest.approx(1.1 * float(own.radius), rel=1e-15)
+
+
+def test_a_machine_as_described_is_a_design_within_the_ranges(tmp_path: Path) -> None:
+    own = float(load("azulay").chains["leg"].elements[3].length)
+    higher = {**LENGTH, "low": f"{own + 0.01!r} m", "high": f"{own + 0.02!r} m"}
+    size = {"scale": "guide.radius", "low": 0.8, "high": 1.3}
+    tube = {"of": "sections.tube.outer_diameter", "choices": ["18 mm", "19 mm", "20 mm"]}
+    assert study(tmp_path, variables=[LENGTH, size, tube]).described_of(0) == pytest.approx([own, 1, 1], rel=1e-15)
+    assert study(tmp_path, variables=[higher, size, tube]).described_of(0) == pytest.approx([own + 0.01, 1, 1], rel=1e-15)
+
+
+def test_the_study_of_one_machine_has_its_designs(tmp_path: Path) -> None:
+    joint = {"of": "platform_joint.radius", "low": "16 mm", "high": "20 mm"}
+    made = study(tmp_path, machines=["glozman", "azulay"], variables=[joint, LENGTH])
+    for place in (0, 1):
+        assert made.of(place).machine(0, [0.017, 0.21]) == made.machine(place, [0.017, 0.21])
+    assert made.of(1).machine(0, [0.017, 0.21]).chains["leg"].elements[3].length == 0.21
+
+
+def test_a_sweep_is_a_sobol_sequence_unless_told_otherwise(tmp_path: Path) -> None:
+    assert sampling_of(study(tmp_path)) == Sobol(100, 1, 0)
+
+
 def test_a_worker_makes_the_same_study_of_its_text(tmp_path: Path) -> None:
     made = study(
         tmp_path,
@@ -156,6 +202,17 @@ def test_what_decides_results_makes_another_store(tmp_path: Path) -> None:
     assert len({fingerprint(**change) for change in others} | {first}) == len(others) + 1
 
 
+def test_an_optimisation_knows_its_study_by_what_decides_results(tmp_path: Path) -> None:
+    first = study(tmp_path).fingerprint()
+    assert study(tmp_path, sweep={"count": 3}).fingerprint() == first
+    others = [
+        {"poses": {"steps": 4}}, {"quantities": ["mass"]}, {"machines": ["azulay-196"]}, {"load": {"gravity": ["0 m/s^2"] * 3}},
+        {"variables": [{**LENGTH, "low": "206 mm"}]},
+    ]  # fmt: skip
+    found = {study(tmp_path, **change).fingerprint() for change in others} | {first, study(tmp_path).fingerprint("more")}
+    assert len(found) == len(others) + 2
+
+
 @pytest.mark.parametrize("law", [Uniform(2.0, 5.0), LogUniform(0.1, 30.0), Normal(3.0, 0.5)])
 def test_laws_are_what_they_say(law: Law) -> None:
     values = law.values((np.arange(20_001) + 0.5) / 20_001)
@@ -166,6 +223,15 @@ def test_laws_are_what_they_say(law: Law) -> None:
     uniform = {Uniform: lambda v: (v - 2) / 3, LogUniform: lambda v: np.log(v / 0.1) / np.log(300)}.get(type(law))
     if uniform is not None:
         assert kstest(uniform(values), "uniform").statistic < 1e-3
+
+
+def test_a_variable_has_the_law_that_it_is_given(tmp_path: Path) -> None:
+    own, unbounded = float(load("azulay").chains["leg"].elements[3].length), {"of": "link.length", "law": "normal"}
+    given = [LENGTH, {**LENGTH, "law": "log-uniform"}, {**unbounded, "deviation": "2 mm"}]
+    laws = [study(tmp_path, variables=[one]).variables[0].law for one in given]
+    assert laws == [Uniform(0.205, 0.225), LogUniform(0.205, 0.225), Normal(own, 0.002)]
+    factor = {"scale": "link.length", "law": "normal", "deviation": 0.1}
+    assert study(tmp_path, variables=[factor]).variables[0].law == Normal(1.0, 0.1)
 
 
 def test_choices_are_equally_likely() -> None:
