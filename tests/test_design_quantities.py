@@ -12,7 +12,7 @@ import pytest
 from trivet.design.aims import aims_of
 from trivet.design.evaluation import Evaluation
 from trivet.design.machine_problem import MachineProblem
-from trivet.design.quantities import names, quantity
+from trivet.design.quantities import REDUCTIONS, Quantity, names, quantity, reduced
 from trivet.design.slopes import first_order
 from trivet.design.study import CONTRADICTION, NOT_REACHED, WORKED_OUT, Study, study_of
 from trivet.design.study_file import GivenAims, GivenLimit, GivenLoad, GivenPoses, GivenVariable, StudyFile
@@ -38,7 +38,7 @@ from trivet.study.frf import Minimum
 from trivet.study.stiffness_map import surface_of
 
 STEPS, ROLLS = 2, 24
-FORCE, GRAVITY = (30.0, -20.0, 50.0), (0.0, 0.0, -9.80665)
+FORCE, MOMENT, GRAVITY = (30.0, -20.0, 50.0), (0.4, -0.3, 0.2), (0.0, 0.0, -9.80665)
 QUANTITIES = (
     "mean K_xx", "least 1/C_zz", "deviation K_yy", "greatest K(1,0,1)", "mass", "reached", "least travel margin",
     "least clearance", "least singularity margin", "mean transmission", "greatest drive force", "greatest drive torque",
@@ -58,7 +58,7 @@ def study(name: str, quantities: tuple[str, ...] = QUANTITIES) -> Study:
     size = GivenVariable(scale=["guide.stiffness"], name="drives", low=0.5, high=2.0)
     given = StudyFile(
         machines=[name], variables=[length, tube, size], quantities=list(quantities),
-        poses=GivenPoses(steps=STEPS, rolls=ROLLS), load=GivenLoad(force=FORCE),
+        poses=GivenPoses(steps=STEPS, rolls=ROLLS), load=GivenLoad(force=FORCE, moment=MOMENT),
     )  # fmt: skip
     return study_of(given, [load(name)])
 
@@ -118,7 +118,7 @@ def _field(machine: Machine, poses: Frame, signs: Any, field: str) -> np.ndarray
         )
     if field in ("drive force", "drive torque"):
         case, one = Case(machine, signs, GRAVITY), np.ones(len(poses.origin.x))
-        load = Wrench(Vec(*(f * one for f in FORCE)), Vec(*(0 * one,) * 3))
+        load = Wrench(*(Vec(*(c * one for c in part)) for part in (FORCE, MOMENT)))
         forces = np.abs(drive_motion(case, State(poses, REST), REST, load).force)
         return forces[:, [joint.is_angular == (field == "drive torque") for _, joint in actuators(machine)]].max(axis=1)
     if field in ("outer radius", "top height"):
@@ -160,6 +160,18 @@ def test_every_quantity_is_that_of_the_machine_by_itself(name: str) -> None:
         machine = changed(name, design)
         for own, value in zip(quantities, row, strict=True):
             assert value == pytest.approx(plainly(machine, own), rel=1e-9), (own, design)
+
+
+def test_only_poses_that_are_reached_count() -> None:
+    values, reached = np.array([np.nan, 3.0, -1.0, -9.0, 4.0]), np.array([False, True, True, False, True])
+    found = {own: float(reduced(values, reached, own)) for own in REDUCTIONS}
+    assert found == pytest.approx({"mean": 2, "least": -1, "greatest": 4, "deviation": math.sqrt(14 / 3), "home": 2})
+    assert all(np.isnan(reduced(values, np.zeros(5, dtype=bool), own)) for own in REDUCTIONS)
+
+
+def test_quantities_know_whether_they_ask_for_the_check_points() -> None:
+    asked = [quantity(name) for name in ("mean K_xx", "reached", "home K_xx", "mass")]
+    assert [own.is_over_points for own in asked if isinstance(own, Quantity)] == [True, True, False, False]
 
 
 def test_a_design_is_the_machine_of_the_changed_file() -> None:
