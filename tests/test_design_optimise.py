@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 import tomli_w
 
+from trivet.design import optimisation, studied
 from trivet.design.aims import Aims, aims_of
 from trivet.design.front.archive import is_best
 from trivet.design.machine_problem import MachineProblem
@@ -100,12 +102,54 @@ def test_a_model_is_the_problem_at_its_design_and_has_its_slopes() -> None:
     reached = own.constraints.index("reached at least 1")
     assert rows[:2] == pytest.approx(objectives, rel=1e-9)
     assert np.delete(rows[2:], reached) == pytest.approx(np.delete(constraints, reached), rel=1e-8, abs=1e-9)
+    assert -1 <= rows[2 + reached] <= 0  # all are reached, by the least of their margins
     slopes = model.slopes(design)
     for k, width in enumerate(own.high - own.low):
         step = np.eye(3)[k] * 1e-6 * width
         differences = (model.rows(design + step) - model.rows(design - step)) / (2 * step[k])
         size = np.abs(slopes[:, k]).max()
         assert differences == pytest.approx(slopes[:, k], rel=1e-5, abs=1e-7 * size)
+
+
+def test_limits_are_measured_by_their_bounds() -> None:
+    _, aims = aims_of(seeking([LENGTH], PROBLEM))
+    far = {limit.words: limit.of(0.5 * limit.bound) for limit in aims.limits}
+    assert far == pytest.approx({
+        "least K_zz at least 1 N/µm": 0.5, "greatest outer radius at most 250 mm": -0.5,
+        "least travel margin at least -1": -0.5, "deviation K_yy at most 5 N/µm": -0.5, "reached at least 1": 0.5,
+    })  # fmt: skip
+    _, others = aims_of(seeking([LENGTH], GivenAims(minimise=["mass"], limits=[GivenLimit("home K_zz", "1 N/um")])))
+    assert [limit.words for limit in others.limits] == ["home K_zz at least 1 N/µm"]
+
+
+def test_what_only_a_study_knows_has_slopes_by_differences(monkeypatch: pytest.MonkeyPatch) -> None:
+    def modes(machine: Machine, *others: Any) -> SimpleNamespace:
+        return SimpleNamespace(frequency=[machine.chains["leg"].elements[3].length ** 2])
+
+    monkeypatch.setattr(studied, "_modes", modes)
+    tube = GivenVariable(of="sections.tube.outer_diameter", choices=["18 mm", "19 mm"])
+    aims = GivenAims(maximise=["home frequency"], limits=[GivenLimit("home frequency", at_most="0.04 Hz")])
+    study, sought = aims_of(seeking([LENGTH, tube], aims))
+    own = MachineProblem(study, 0, sought)
+    assert own.discrete == (None, (0.0, 1.0))
+    for length in (0.21, 0.205, 0.225):  # within the range, and at its ends
+        design = np.array([length, 1.0])
+        values, model = own.values(design[None]), own.model(design)
+        expected = [-(length**2), (length**2 - 0.04) / 0.04]
+        assert [*values.objectives[0], *values.constraints[0]] == pytest.approx(expected, rel=1e-12)
+        assert model.rows(design) == pytest.approx(expected, rel=1e-12)
+        assert model.slopes(design) == pytest.approx(np.array([[-2 * length, 0], [2 * length / 0.04, 0]]), rel=1e-4)
+
+
+def test_machines_are_searched_each_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    def searched(problem: MachineProblem, evolution: Any, polishing: Any, memo: Any, *others: Any) -> Any:
+        known = sorted(memo)
+        memo.update({b"design": np.array([problem.place])})
+        raise NoResultError(f"knows {known}")
+
+    monkeypatch.setattr(optimisation, "searched", searched)
+    with pytest.raises(NoResultError, match=r"azulay: knows \[\]; eclipse: knows \[\]"):
+        optimise(seeking([LENGTH], FRONT, load("azulay"), load("eclipse")))
 
 
 def test_rolls_follow_the_design() -> None:
