@@ -16,6 +16,7 @@ from benchmarks import (
     atlas,
     designs,
     dynamics,
+    fronts,
     kernels,
     kinematics,
     modal_fit,
@@ -44,6 +45,7 @@ GROUPS = {
     "plan": plan.roll_plan,
     "modal-fit": modal_fit.modal_fit,
     "designs": designs.sweep_of_designs,
+    "fronts": fronts.fronts,
     "page": page.input_to_scene,
     "accelerator": accelerator.against_the_processor,
 }
