@@ -104,6 +104,8 @@ def aims_of(study: Study) -> tuple[Study, Aims]:
     if not goals:
         raise InputError('optimise: seeks nothing; give maximise or minimise, as in maximise = ["mean K_xx"]')
     names = [goal.asked.name for goal in goals]
+    if REACHED in names:
+        raise InputError(f"optimise: '{REACHED}' is a share of the check points, which has no slope; give it as a limit")
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"optimise: '{name}' is sought twice")
@@ -142,6 +144,8 @@ def _check(limits: Sequence[Limit]) -> None:
         most = min((limit for limit in own if limit.sign > 0), key=lambda limit: limit.bound, default=None)
         if least is not None and most is not None and least.bound > most.bound:
             raise InputError(f"optimise.limits: {least.words}, yet {most.words}: no design can be both")
+        if most is not None and name == REACHED:
+            raise InputError(f"optimise.limits: {most.words}; of this only at_least can be asked")
         share = least is not None and name == REACHED and least.bound > 1
         if share:
             raise InputError(f"optimise.limits: {name} at least {least.bound:g}; it is a share, 1 at most")  # type: ignore[union-attr]

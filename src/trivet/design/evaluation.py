@@ -91,8 +91,8 @@ class Evaluation:
             return self._piece
         return max(self.tile, min(MOST_DESIGNS, _power_of_two(max(1, PIECE // self.poses))))
 
-    def __call__(self, designs: Array, progress: Callable[[int], None] = lambda done: None) -> Worked:
-        """Designs (n, d) worked out; progress is called with how many are done."""
+    def __call__(self, designs: Array) -> Worked:
+        """Designs (n, d) worked out."""
         count = len(designs)
         values = np.full((count, len(self.columns)), np.nan)
         good, reached = np.ones(count, dtype=bool), np.ones(count, dtype=bool)
@@ -101,10 +101,9 @@ class Evaluation:
         rows = np.flatnonzero(good)
         for place in range(len(self.study.subjects)):
             self._by_kernel(place, designs, rows, values)
-            self._by_study(place, designs, rows, values, progress)
+            self._by_study(place, designs, rows, values)
             if self._had[place]:
                 reached &= np.isfinite(values[:, self._had[place]]).any(axis=1)
-        progress(count)
         status = np.where(good, np.where(reached, WORKED_OUT, NOT_REACHED), CONTRADICTION).astype(np.int8)
         return Worked(values, status)
 
@@ -137,12 +136,11 @@ class Evaluation:
         found = np.concatenate(list(in_threads(lambda piece: np.asarray(kernel(piece)), pieces())))[: len(rows)]
         values[rows[:, None], columns] = found
 
-    def _by_study(self, place: int, designs: Array, rows: Array, values: Array, progress: Callable[[int], None]) -> None:
+    def _by_study(self, place: int, designs: Array, rows: Array, values: Array) -> None:
         own = {k: asked for k in self._had[place] if isinstance(asked := self.columns[k].asked, Studied)}
         points, mode = self.study.subjects[place].points, self.study.given.poses.mode
-        for done, row in enumerate(rows) if own else ():
+        for row in rows if own else ():
             values[row, list(own)] = worked(list(own.values()), self.study.machine(place, designs[row]), points, mode)
-            progress(done)
 
     def kernel(self, place: int) -> Callable[[Array], Any]:
         """The compiled kernel of one machine: designs (piece, d) to quantities (piece, q)."""

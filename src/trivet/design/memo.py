@@ -12,6 +12,7 @@ import struct
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping
 from contextlib import contextmanager
+from importlib.metadata import version
 from typing import Any
 
 import numpy as np
@@ -136,7 +137,7 @@ def _opened(descriptor: int, name: str, fingerprint: str, told: Callable[[int], 
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
         raise InputError(f"{name}: another process is at it") from None
-    head = b"trivet optimisation 1 " + fingerprint.encode()
+    head = f"trivet optimisation 1 {version('trivet')} {fingerprint}".encode()
     size = os.fstat(descriptor).st_size
     begun = os.pread(descriptor, 4, 0)
     if size and begun != _MARK[: len(begun)]:

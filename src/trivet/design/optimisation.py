@@ -108,8 +108,8 @@ def optimise(
     evolution = Evolution(given.evaluations, population=given.population, seed=given.seed)
     fronts: dict[int, Front] = {}
     missing: list[str] = []
-    sought = [own.words for own in aims.all], [given.evaluations, given.population, given.seed]
-    with kept(store, asked.fingerprint(*sought), damaged) as memo:
+    # How long designs evolve, and from which seed, changes no value: a run may be made longer.
+    with kept(store, asked.fingerprint([own.words for own in aims.all]), damaged) as memo:
         for place, name in enumerate(asked.names):
             problem = MachineProblem(asked, place, aims)
             own = _Prefixed(memo, f"{place}:".encode())
@@ -168,7 +168,7 @@ def _together(study: Study, aims: Aims, fronts: dict[int, Front], missing: tuple
     best = is_best(whole.objectives(whole.members))
     kept_members = [one for one, is_on in zip(members, best, strict=True) if is_on]
     others = [one for one, is_on in zip(members, best, strict=True) if not is_on]
-    again = [_again(study, one) for one in kept_members]
+    again = [one for place in fronts for one in _again(study, place, [m for m in kept_members if m.place == place])]
     order = np.argsort(whole.objectives(tuple(again))[:, 0], kind="stable")
     return Optimisation(study, aims, tuple(again[k] for k in order), (*others, *beside), missing)
 
@@ -208,6 +208,10 @@ def _values(study: Study, place: int, designs: Array) -> Array:
     return Evaluation(study.of(place).climbing())(designs).values
 
 
-def _again(study: Study, member: Member) -> Member:
-    found = checked(study, member.place, member.design[None])
-    return member._replace(again=found.values[0], structural=float(found.structural[0]))
+def _again(study: Study, place: int, members: list[Member]) -> list[Member]:
+    """Members of one of the machines, with what other ways say of them."""
+    if not members:
+        return []
+    found = checked(study, place, np.array([one.design for one in members]))
+    rows = zip(members, found.values, found.structural.tolist(), strict=True)
+    return [one._replace(again=values, structural=structural) for one, values, structural in rows]

@@ -75,7 +75,7 @@ def quantity(name: str) -> Asked:
     reduction, _, rest = text.partition(" ")
     field = next((f for module in FIELDS if (f := module.read(rest)) is not None), None) if reduction in REDUCTIONS else None
     if field is None:
-        raise InputError(f"quantity '{text}' is not known{nearest(text, names())}")
+        raise InputError(f"quantity '{text}' is not known{_hint(text)}")
     return Quantity(
         text, field.kind, lambda stand: _reduced(field, reduction, stand), field.check, field.lacks, field, reduction
     )
@@ -98,6 +98,14 @@ def names() -> list[str]:
     """Names of quantities; those of stiffness along any direction, "mean K(1,0,1)", are known too."""
     some = [name for module in FIELDS for name in module.NAMES]
     return [MASS, REACHED, *studied.NAMES, *(f"{reduction} {name}" for reduction in REDUCTIONS for name in some)]
+
+
+def _hint(text: str) -> str:
+    near = nearest(text, names())
+    if "did you mean" in near:
+        return near
+    fields = ", ".join(name for module in FIELDS for name in module.NAMES)
+    return f"; known are {', '.join((MASS, REACHED, *studied.NAMES))}, and {', '.join(REDUCTIONS)} of {fields}"
 
 
 def _nothing(machine: Machine) -> None:

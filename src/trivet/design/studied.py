@@ -46,6 +46,11 @@ class Studied:
     cost: int
     """About as many poses of the map take as long as the study."""
 
+    @property
+    def is_over_points(self) -> bool:
+        """Whether it asks for the check points."""
+        return self.study is _tilt
+
     def check(self, machine: Machine) -> None:
         """All machines with a closed form have it."""
 

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from trivet.design.looked import Load, Points
-from trivet.design.quantities import Asked, Quantity, quantity, require
+from trivet.design.quantities import Asked, quantity, require
+from trivet.design.store.layout import NOT_YET
 from trivet.design.study_file import MOST_MACHINES, StudyFile, read_study_file
 from trivet.design.variables import Variable, machine_of, variables_of
 from trivet.errors import InputError
@@ -31,9 +32,9 @@ from trivet.study.stiffness_map import roll_symmetry, workpiece_of
 
 Array = NDArray[Any]
 
-NO_DESIGN, WORKED_OUT, CONTRADICTION, NOT_REACHED = 0, 1, 2, 3
+WORKED_OUT, CONTRADICTION, NOT_REACHED = 1, 2, 3
 STATUSES = (
-    "not worked out yet",
+    NOT_YET,
     "worked out",
     "with numbers that contradict each other",
     "with a machine that reaches no pose",
@@ -101,7 +102,7 @@ class Study:
             raise InputError('quantities: none; say what is asked of every design, as in quantities = ["mean K_xx", "mass"]')
         for own in asked:
             require(own, self.machines)
-        points = any(isinstance(own, Quantity) and own.is_over_points for own in asked)
+        points = any(own.is_over_points for own in asked)
         for subject in self.subjects if points else ():
             workpiece_of(subject.machine, subject.points.radius, subject.points.height)
         return dataclasses.replace(self, quantities=asked)

@@ -12,6 +12,8 @@ from trivet.design.optimisation import Member, Optimisation
 from trivet.errors import InputError
 from trivet.model import write
 from trivet.model.check import check
+from trivet.model.kinds import kinds
+from trivet.model.machine import Note
 
 LONGEST = 34
 """Characters of a machine's name that its designs' names keep, so that machine files take them."""
@@ -33,13 +35,25 @@ def write_machines(result: Optimisation, folder: str | os.PathLike[str], *, over
         name = f"{re.sub(r'[^a-z0-9_-]', '-', base.lower())[:LONGEST]}-{k + 1:03d}"
         machine = result.machine(member)
         about = dataclasses.replace(
-            machine.about, name=name, published=(), published_dynamic=(), notes=(), description=_words(result, member)
-        )
+            machine.about, name=name, title=f"{machine.about.title or base}, optimised", description=_words(result, member),
+            published=(), published_dynamic=(), notes=_notes(result, member),
+        )  # fmt: skip
         machine = dataclasses.replace(machine, about=about)
         check(machine)
         path = target / f"{name}.toml"
         write(machine, path, overwrite=overwrite)
         yield str(path)
+
+
+def _notes(result: Optimisation, member: Member) -> tuple[Note, ...]:
+    """Where numbers come from: those that varied from the optimisation, others from where they came."""
+    machine, paths = result.study.subjects[member.place].machine, list(kinds(result.study.subjects[member.place].machine))
+    actions = (variable.actions[member.place] for variable in result.study.variables)
+    leaves = [leaf for action in actions if action is not None for leaf in action.leaves]
+    # A member of a list, "travel.2", has no note of its own.
+    varied = dict.fromkeys(re.sub(r"\.\d+$", "", paths[leaf]) for leaf in leaves)
+    own = [note for note in machine.about.notes if note.path not in varied]
+    return (*own, *(Note(path, "found by optimisation") for path in varied))
 
 
 def _words(result: Optimisation, member: Member) -> str:

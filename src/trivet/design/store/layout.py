@@ -86,8 +86,8 @@ class Layout:
             for array, column in zip(self.arrays, self.columns, strict=True)
         ]
         own = {"Conventions": "CF-1.11", "format": FORMAT, "trivet_version": self.version}
-        shape = {"designs": self.count, "designs_per_chunk": self.chunk, "statuses": list(self.statuses), "columns": columns}
-        document = own | dict(self.attributes) | shape
+        shape = {"designs": self.count, "designs_per_chunk": self.chunk, "statuses": list(self.statuses)}
+        document = own | dict(self.attributes) | shape | {"columns": json.dumps(columns)}
         return document | {"fingerprint": fingerprint_of(document)}
 
     @property
@@ -99,7 +99,7 @@ class Layout:
 def layout_of(document: Mapping[str, Any]) -> Layout | None:
     """The layout that a group's attributes tell of; None where they are not what was once written."""
     try:
-        columns = tuple(Column(one["name"], one["units"], one["meaning"]) for one in document["columns"])
+        columns = tuple(Column(one["name"], one["units"], one["meaning"]) for one in json.loads(document["columns"]))
         attributes = {name: value for name, value in document.items() if name not in OWN}
         layout = Layout(
             columns, document["designs"], document["designs_per_chunk"], attributes, tuple(document["statuses"]),

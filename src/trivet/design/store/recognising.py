@@ -13,7 +13,7 @@ from trivet.design.store.layout import FORMAT, STATUS, Layout, layout_of
 from trivet.design.store.scratch import ROOT, Scratch
 from trivet.errors import InputError, shown
 
-ELSEWHERE = "choose another folder"
+ELSEWHERE = "choose another folder (--store), or remove it"
 
 
 def check(root: Path, scratch: Scratch) -> None:
@@ -77,13 +77,25 @@ def _narrowed(name: str, old: Any, new: Any) -> tuple[str, str, str]:
         if len(old) != len(new):
             return f"the number of {name}", str(len(old)), str(len(new))
         k = next(k for k in range(len(old)) if old[k] != new[k])
-        return _narrowed(f"{name}[{k}]", old[k], new[k])
+        return _narrowed(f"{name}.{k + 1}", old[k], new[k])
     if isinstance(old, dict) and isinstance(new, dict):
         key = next(key for key in (*new, *old) if old.get(key) != new.get(key))
         return _narrowed(f"{name}.{key}", old.get(key), new.get(key))
+    parts = _document(old), _document(new)
+    if None not in parts:
+        return _narrowed(name, *parts)
     if isinstance(old, str) and isinstance(new, str) and "\n" in old + new:
         lines = list(zip_longest(old.splitlines(), new.splitlines()))
         k = next((k for k, (before, now) in enumerate(lines) if before != now), 0)
         return _narrowed(f"line {k + 1} of {name}", *lines[k])
     before, now = ("nothing" if value is None else shown(value) for value in (old, new))
     return name, before, now
+
+
+def _document(value: Any) -> Any:
+    """What text with a list or a table in it holds; None of anything else."""
+    try:
+        found = json.loads(value) if isinstance(value, str) else None
+    except (ValueError, RecursionError):
+        return None
+    return found if isinstance(found, (list, dict)) else None
