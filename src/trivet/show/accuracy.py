@@ -10,8 +10,9 @@ import numpy as np
 
 from trivet.files import replacing
 from trivet.kinematics.mode import mode_words
+from trivet.results.netcdf import COMPONENTS
 from trivet.show.maps import check_suffix, cross_out, crosses
-from trivet.show.palette import BLUE, GRID, ORANGE, VALUES, VERMILLION
+from trivet.show.palette import BLUE, GREEN, GRID, ORANGE, SKY, VALUES, VERMILLION
 from trivet.study.accuracy import Accuracy
 
 DECADE = 10.0
@@ -22,6 +23,9 @@ BETWEEN = 0.12
 """From panel to panel of a page, with room for colours and words; a part of its width."""
 PANELS = ("root mean square error of position, µm", "greatest error of position, µm")
 KINDS = (("position", BLUE), ("rotation", ORANGE))
+HALVES = ("errors of position, µm", "errors of rotation, µrad")
+"""Panels of one pose."""
+SHARES, SHARES_OF_ONE = "share in the variance, mean over the points, %", "share in the variance, %"
 
 
 def draw_accuracy(result: Accuracy, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
@@ -33,11 +37,25 @@ def draw_accuracy(result: Accuracy, path: str | os.PathLike[str], *, overwrite: 
 
 def _title(result: Accuracy) -> list[str]:
     where = "platform centre" if result.point == "platform" else "tool tip"
+    if result.is_one_pose:
+        place = ", ".join(f"{1e3 * v + 0.0:.4g}" for v in result.places.position[0])
+        assert result.places.roll is not None
+        angles = (result.places.azimuth, result.places.tilt, result.places.roll)
+        azimuth, tilt, roll = (float(np.degrees(values[0])) + 0.0 for values in angles)
+        return [
+            f"{result.machine.name}, {mode_words(result.mode)}: centre ({place}) mm",
+            f"azimuth {azimuth:.4g}°, tilt {tilt:.4g}°, roll {roll:.4g}°; {where}, drives held, to first order",
+        ]
     reached = f"{int(result.used.sum())} of {len(result.family)} points reached"
     return [
         f"{result.machine.name}, {result.family.name}, {mode_words(result.mode)}: {reached}",
         f"roll {result.policy}, {where}, drives held, to first order; the least accurate point is marked",
     ]
+
+
+def _titles(result: Accuracy) -> tuple[str, ...]:
+    """Of the panels: two of errors, one of shares."""
+    return (*HALVES, SHARES_OF_ONE) if result.is_one_pose else (*PANELS, SHARES)
 
 
 class _Panel(NamedTuple):
@@ -87,6 +105,17 @@ def _bars(result: Accuracy) -> tuple[list[str], list[Any]]:
     return words, [own[kept] for own in shares]
 
 
+def _components(result: Accuracy, half: int) -> list[tuple[str, str, Any]]:
+    """Of one pose: in words, a colour, and values (3,) of one half of the components, µm or µrad."""
+    own = slice(3 * half, 3 * half + 3)
+    rows = [
+        ("standard deviation", GREEN, 1e6 * result.deviation[0, own]),
+        ("at worst", VERMILLION, 1e6 * result.worst[0, own]),
+    ]
+    shift = 1e6 * result.shift[0, own]
+    return [("for sure", SKY, shift), *rows] if shift.any() else rows
+
+
 def _picture(result: Accuracy, path: Path) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -95,19 +124,33 @@ def _picture(result: Accuracy, path: Path) -> None:
     FigureCanvasAgg(canvas)
     canvas.suptitle("\n".join(_title(result)), fontsize=11)
     *maps, bars = canvas.subplots(1, len(PANELS) + 1)
-    for k, (axes, title) in enumerate(zip(maps, PANELS, strict=True)):
+    for k, (axes, title) in enumerate(zip(maps, _titles(result), strict=False)):
         axes.set_title(title, fontsize=10)
-        _draw_panel(canvas, axes, result, _Panel.of(result, k))
+        if result.is_one_pose:
+            _draw_components(axes, result, k)
+        else:
+            _draw_panel(canvas, axes, result, _Panel.of(result, k))
     words, shares = _bars(result)
     for k, ((what, colour), values) in enumerate(zip(KINDS, shares, strict=True)):
         bars.barh(np.arange(len(words)) + 0.4 * k - 0.2, values, 0.38, color=colour, label=what)
     bars.set_yticks(range(len(words)), words, fontsize=8)
-    bars.set_xlabel("share in the variance, mean over the points, %")
+    bars.set_xlabel(_titles(result)[-1])
     bars.grid(axis="x", color=GRID)
     bars.set_axisbelow(True)
     bars.invert_yaxis()
     bars.legend(fontsize=8)
     canvas.savefig(path, format="png", dpi=120)
+
+
+def _draw_components(axes: Any, result: Accuracy, half: int) -> None:
+    rows = _components(result, half)
+    width = 0.8 / len(rows)
+    for k, (name, colour, values) in enumerate(rows):
+        axes.bar(np.arange(3) + (k - (len(rows) - 1) / 2) * width, values, 0.95 * width, color=colour, label=name)
+    axes.set_xticks(range(3), COMPONENTS[3 * half : 3 * half + 3])
+    axes.grid(axis="y", color=GRID)
+    axes.set_axisbelow(True)
+    axes.legend(fontsize=8)
 
 
 def _draw_panel(canvas: Any, axes: Any, result: Accuracy, own: _Panel) -> None:
@@ -136,9 +179,34 @@ def _page(result: Accuracy, path: Path) -> None:
     import plotly.graph_objects as go
     from plotly.subplots import make_subplots
 
-    titles = [*PANELS, "share in the variance, mean over the points, %"]
+    titles = _titles(result)
     page = make_subplots(rows=1, cols=len(titles), subplot_titles=titles, horizontal_spacing=BETWEEN)
-    wide = (1 - BETWEEN * len(PANELS)) / len(titles)
+    (_components_on_page if result.is_one_pose else _panels_on_page)(page, result)
+    words, shares = _bars(result)
+    for (what, colour), values in zip(KINDS, shares, strict=True):
+        bar = go.Bar(x=values, y=words, orientation="h", name=what, marker={"color": colour})
+        page.add_trace(bar, row=1, col=len(titles))
+    page.update_yaxes(autorange="reversed", side="right", row=1, col=len(titles))
+    page.update_layout(
+        title="<br>".join(_title(result)), template="simple_white", height=540, width=1600, margin={"t": 120, "r": 260}
+    )
+    page.update_layout(legend={"orientation": "h", "x": 1, "xanchor": "right", "y": 1.12, "yanchor": "bottom"})
+    page.write_html(path, include_plotlyjs=True, full_html=True)
+
+
+def _components_on_page(page: Any, result: Accuracy) -> None:
+    import plotly.graph_objects as go
+
+    for half in range(len(HALVES)):
+        for name, colour, values in _components(result, half):
+            look = {"name": name, "marker": {"color": colour}, "legendgroup": name, "showlegend": half == 0}
+            page.add_trace(go.Bar(x=COMPONENTS[3 * half : 3 * half + 3], y=values, **look), row=1, col=half + 1)
+
+
+def _panels_on_page(page: Any, result: Accuracy) -> None:
+    import plotly.graph_objects as go
+
+    wide = (1 - BETWEEN * len(PANELS)) / (len(PANELS) + 1)
     assert result.places.roll is not None
     angles = np.degrees(np.stack([result.places.tilt, result.places.roll], axis=1))
     for k in range(len(PANELS)):
@@ -170,13 +238,3 @@ def _page(result: Accuracy, path: Path) -> None:
         star = {"symbol": "star", "size": 14, "color": VERMILLION}
         page.add_trace(go.Scatter(x=own.star[:1], y=own.star[1:], marker=star, showlegend=False, hoverinfo="skip"), **cell)
         page.update_yaxes(title_text=own.labels[1], scaleanchor=f"x{k + 1 if k else ''}", **cell)
-    words, shares = _bars(result)
-    for (what, colour), values in zip(KINDS, shares, strict=True):
-        bar = go.Bar(x=values, y=words, orientation="h", name=what, marker={"color": colour})
-        page.add_trace(bar, row=1, col=len(titles))
-    page.update_yaxes(autorange="reversed", side="right", row=1, col=len(titles))
-    page.update_layout(
-        title="<br>".join(_title(result)), template="simple_white", height=540, width=1600, margin={"t": 120, "r": 260}
-    )
-    page.update_layout(legend={"orientation": "h", "x": 1, "xanchor": "right", "y": 1.12, "yanchor": "bottom"})
-    page.write_html(path, include_plotlyjs=True, full_html=True)

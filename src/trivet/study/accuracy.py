@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -18,6 +18,7 @@ from trivet.errors import InputError, NoResultError
 from trivet.kinematics.deviation import platform_errors
 from trivet.kinematics.jacobian import require_six_each
 from trivet.kinematics.mode import closed_form_signs, mode_text, mode_words
+from trivet.kinematics.report import JointState, joint_states, shortfall
 from trivet.model import Machine
 from trivet.reach.margins import travel_margin
 from trivet.results.netcdf import COMPONENTS
@@ -26,13 +27,15 @@ from trivet.space.family import Family, Places
 from trivet.space.frame import Frame
 from trivet.space.scalar import Scalar
 from trivet.statics.best_roll import ROLLS
-from trivet.study.families import hemisphere_of
+from trivet.study.families import hemisphere_of, one_pose
+from trivet.study.home import NOT_REACHED
 from trivet.study.inexactness import Inexactness, Source, inexactness
 from trivet.study.machines import MachineLike, choose
 from trivet.study.roll_policy import roll_policy
 from trivet.study.tolerance_file import Tolerances, read_tolerances
 
 Array = NDArray[Any]
+Progress = Callable[[str, int, int], None]
 
 AT_LIMIT = 1e-9
 """Margin of travel below zero that is rounding."""
@@ -134,6 +137,11 @@ class Accuracy:
         return held if held.any() else self.used
 
     @property
+    def is_one_pose(self) -> bool:
+        """Whether it is of one pose alone."""
+        return len(self.family) == 1
+
+    @property
     def least_accurate(self) -> int:
         """Of the points `told` that at which the root mean square of the distance is greatest."""
         return int(np.nanargmax(np.where(self.told, self.size[:, 0], np.nan)))
@@ -163,49 +171,53 @@ class _Kept(NamedTuple):
 def accuracy(
     machine: MachineLike,
     tolerances: Tolerances | str | os.PathLike[str],
-    family: Family | None = None,
+    family: Family | Sequence[float] | None = None,
     *,
     point: str = "platform",
     roll: str | float | None = None,
     mode: str | None = None,
     rolls: int | None = None,
-    progress: Callable[[int], None] = lambda points: None,
+    progress: Progress = lambda what, done, total: None,
 ) -> Accuracy:
     """Errors of the platform from tolerances, misalignments, drives, play and warm bodies, over a family of poses.
 
     Args:
         machine: machine, name or file; six drives that hold six freedoms, every chain solved in closed form.
         tolerances: what is inexact, or the file that says it.
-        family: see `over_hemisphere`, `in_block`, `along_path`, `along`; by default the machine's own workpiece, at 317
-            points.
+        family: see `over_hemisphere`, `in_block`, `along_path`, `along`; or one pose, (x, y, z, azimuth, tilt, roll) in m and
+            rad; by default the machine's own workpiece, at 317 points.
         point: "platform" (its centre) or "tool" (its tip).
         roll: policy for the roll where the family leaves it free, see `roll_policy`; "best K_xx" by default.
         mode: working mode; the machine's own when not given.
         rolls: rolls of the first grid of a best roll.
-        progress: called with the number of points done of a best roll.
+        progress: called with what is being done, how many points are done, and how many there are.
 
     Raises:
-        InputError: for a wrong entry, point, policy or mode, or a machine that is redundant or has a chain without closed form.
-        NoResultError: when no pose is reached.
+        InputError: for a wrong entry, point, policy or mode, a tool tip that the machine does not have, or a machine that is
+            redundant or has a chain without closed form.
+        NoResultError: when no pose is reached; of one pose it says which chain or joint does not.
     """
     chosen = choose(machine)
     inexact = _looked_up(chosen, tolerances)
     require_six_each(chosen)
     signs, tip = closed_form_signs(chosen, mode), _tip(chosen, point)
-    family = family if family is not None else hemisphere_of(chosen)
-    places, policy = _placed(chosen, signs, family, roll, rolls, progress)
+    if family is None:
+        family = hemisphere_of(chosen)
+    elif not isinstance(family, Family):
+        family = one_pose(family)
+    places, policy = _placed(chosen, signs, family, roll, rolls, lambda done: progress("best rolls", done, len(family)))
+    progress("errors", 0, len(family))
     used = _reached(chosen, signs, places)
     name = mode_text(chosen, signs)
     if not used.any():
-        raise NoResultError(
-            f"{chosen.name}: no pose of the {family.name} is reached, {mode_words(name)}, with the roll {policy}"
-        )
+        raise NoResultError(f"{chosen.name}: {_none_reached(chosen, signs, family, places, policy)}")
     found = in_batches(lambda poses: _summaries(chosen, inexact, tip, signs, poses), _frames(places.some(used), used[used]))
     whole = []
     for values in found:
         every = np.full((len(family), *values.shape[1:]), np.nan)
         every[used] = values
         whole.append(every)
+    progress("errors", len(family), len(family))
     return Accuracy(chosen, name, family, policy, places, point, inexact, *whole)
 
 
@@ -223,7 +235,10 @@ def _tip(machine: Machine, point: str) -> Array | None:
     """(3,) place of the tool in {E}, m; None for the platform centre."""
     if point not in ("platform", "tool"):
         raise InputError(f"point '{point}' is not known; platform or tool")
-    return np.array(machine.platform.tool_tip or (0.0, 0.0, 0.0), dtype=float) if point == "tool" else None
+    tip = machine.platform.tool_tip
+    if point == "tool" and tip is None:
+        raise InputError(f"point tool: {machine.name} has no platform.tool_tip; give one, or write platform")
+    return np.array(tip, dtype=float) if point == "tool" else None
 
 
 def _placed(
@@ -241,10 +256,26 @@ def _placed(
 
 def _reached(machine: Machine, signs: Any, places: Places) -> Array:
     """(n,) whether the pose is known and all joints are inside their travel."""
+    known = _known(places)
+    return known & (travel_margin(machine, _frames(places, known), signs) >= -AT_LIMIT)
+
+
+def _known(places: Places) -> Array:
+    """(n,) whether the pose is one."""
     assert places.roll is not None
     known: Array = np.all(np.isfinite(places.position), axis=1) & np.isfinite(places.roll)
-    known &= travel_margin(machine, _frames(places, known), signs) >= -AT_LIMIT
     return known
+
+
+def _none_reached(machine: Machine, signs: Any, family: Family, places: Places, policy: str) -> str:
+    """Why there is no pose: of one, which chain or joint it is."""
+    known = _known(places)
+    if len(known) == 1 and known.all():
+        state = joint_states(machine, _frames(places, known), signs)
+        miss = shortfall(machine, JointState(*(np.asarray(a) for a in state)))
+        if miss is not None:
+            return f"{NOT_REACHED}: {miss.reason}"
+    return f"no pose of the {family.name} is reached, {mode_words(mode_text(machine, signs))}, with the roll {policy}"
 
 
 def _frames(places: Places, known: Array) -> Frame:

@@ -1,8 +1,9 @@
-"""Families of poses that go with a machine: over its workpiece, along a path file."""
+"""Families of poses that go with a machine: over its workpiece, along a path file, or of one pose alone."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from trivet.errors import InputError
 from trivet.model import Machine
 from trivet.space.family import Axis, Family, Places, over_hemisphere
 from trivet.study.corners import corners_of, places_along, pose_along
-from trivet.study.machines import MachineLike, choose
+from trivet.study.machines import LARGEST_ANGLE, MachineLike, choose
 from trivet.study.pathfile import PathFile, read_path
 from trivet.study.stiffness_map import workpiece_of
 
@@ -28,6 +29,26 @@ def hemisphere_of(machine: Machine, steps: int = 10, radius: float | None = None
         InputError: when the machine file has no workpiece and either number is missing.
     """
     return over_hemisphere(*workpiece_of(machine, radius, height), steps)
+
+
+def one_pose(pose: Sequence[float]) -> Family:
+    """A single pose as a family, roll included, for studies that seek nothing between its points.
+
+    Args:
+        pose: x, y, z, azimuth, tilt, roll; m and rad.
+
+    Raises:
+        InputError: for other than six finite numbers, or angles of many turns.
+    """
+    own = np.array(pose, dtype=float)
+    if own.shape != (6,) or not np.all(np.isfinite(own)) or np.any(np.abs(own[3:]) > LARGEST_ANGLE):
+        raise InputError("pose: expected (x, y, z, azimuth, tilt, roll), finite numbers in m and rad, angles of a few turns")
+
+    def places(coordinates: NDArray[Any]) -> Places:
+        there = np.where(coordinates == 0, own, np.nan)
+        return Places(there[:, :3], there[:, 3], there[:, 4], there[:, 5])
+
+    return Family("pose", np.zeros((1, 1)), np.ones(1), places, (Axis("pose"),), np.zeros_like)
 
 
 def along_path(machine: MachineLike, path: PathFile | str | os.PathLike[str], steps: int = STEPS) -> Family:

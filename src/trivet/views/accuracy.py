@@ -17,45 +17,74 @@ FAINT = 1e-6
 
 
 def tables(result: Accuracy) -> list[Any]:
-    """Errors over the poses, at the least accurate of them, and what they come from."""
-    used, least = result.used, result.least_accurate
-    where = "platform centre" if result.point == "platform" else "tool tip"
-    notes = []
-    if result.beyond.any():
-        notes.append(
-            f"{int(result.beyond.sum())} points: the platform may turn by more than {np.degrees(SMALL):.2g}°, as near a "
-            "singularity; first order is no measure there, and what is told above is told of the other points"
-        )
+    """Errors over the poses, at the least accurate of them, and what they come from; or those of one pose."""
+    if result.is_one_pose:
+        return _of_one(result)
+    least = result.least_accurate
     return [
-        f"{result.machine.name}, {mode_words(result.mode)}, {result.family.name}, roll {result.policy}: {int(used.sum())} of "
-        f"{len(result.family)} points reached; {where}, drives held",
-        _sizes(result),
-        _at(result, least),
+        f"{result.machine.name}, {mode_words(result.mode)}, {result.family.name}, roll {result.policy}: "
+        f"{int(result.used.sum())} of {len(result.family)} points reached; {point_words(result)}, drives held",
+        _sizes(result, "over the points", {"least": np.min, "median": np.median, "greatest": np.max}),
+        f"least accurate point: {_where(result, least)}",
+        _components(result, least, "errors there, in {O}"),
         _budget(result, least),
-        *notes,
+        *_notes(result),
     ]
 
 
-def _sizes(result: Accuracy) -> Any:
-    """Distances and angles over the poses."""
-    spread = table("over the points", "", "least", "median", "greatest", "unit")
+def _of_one(result: Accuracy) -> list[Any]:
+    """Errors at one pose, and what they come from."""
+    return [
+        f"{result.machine.name}, {mode_words(result.mode)}, {_where(result, 0)}; {point_words(result)}, drives held",
+        _sizes(result, "errors", {"": np.min}),
+        _components(result, 0, "in {O}"),
+        _shares_of_one(result),
+        *_notes(result),
+    ]
+
+
+def point_words(result: Accuracy) -> str:
+    """Of what errors are told."""
+    return "platform centre" if result.point == "platform" else "tool tip"
+
+
+def _where(result: Accuracy, point: int) -> str:
+    """A pose."""
+    places = result.places
+    assert places.roll is not None
+    x, y, z = (f"{1e3 * v + 0.0:.4g}" for v in places.position[point])
+    angles = (f"{np.degrees(values[point]) + 0.0:.4g}°" for values in (places.azimuth, places.tilt, places.roll))
+    return "centre ({}, {}, {}) mm, azimuth {}, tilt {}, roll {}".format(x, y, z, *angles)
+
+
+def _notes(result: Accuracy) -> list[str]:
+    """Where first order is no measure."""
+    count = int(result.beyond.sum())
+    words = (
+        f"the platform may turn by more than {np.degrees(SMALL):.2g}°, as near a singularity; first order is no measure there"
+    )
+    if not count:
+        return []
+    if count == result.used.sum():
+        return [words if result.is_one_pose else f"all points: {words}"]
+    return [f"{count} points: {words}, and what is told above is told of the other points"]
+
+
+def _sizes(result: Accuracy, title: str, columns: dict[str, Any]) -> Any:
+    """Distances and angles over the poses, a column per function of them."""
+    spread = table(title, "", *columns, "unit")
     longest = result.ellipsoids[..., 2]
     for half, unit in enumerate(("µm", "µrad")):
         what = ("position", "rotation")[half]
         rows = (("root mean square", result.size), ("3 sigma, longest half axis", longest), ("at worst", result.farthest))
         for name, values in rows:
             own = 1e6 * values[result.told, half]
-            spread.add_row(f"{what}, {name}", *(f"{v:.4g}" for v in (own.min(), np.median(own), own.max())), unit)
+            spread.add_row(f"{what}, {name}", *(f"{of(own):.4g}" for of in columns.values()), unit)
     return spread
 
 
-def _at(result: Accuracy, point: int) -> Any:
-    """Components at one point."""
-    places = result.places
-    assert places.roll is not None
-    x, y, z = 1e3 * places.position[point]
-    azimuth, tilt, roll = (float(np.degrees(a[point])) for a in (places.azimuth, places.tilt, places.roll))
-    title = f"least accurate point, ({x:.4g}, {y:.4g}, {z:.4g}) mm, azimuth {azimuth:.4g}°, tilt {tilt:.4g}°, roll {roll:.4g}°"
+def _components(result: Accuracy, point: int, title: str) -> Any:
+    """Errors at one point, component by component."""
     made = table(title, "", *COMPONENTS)
     made.add_row("unit", *("µm",) * 3, *("µrad",) * 3)
     rows = (("for sure", result.shift), ("standard deviation", result.deviation), ("at worst", result.worst))
@@ -78,6 +107,18 @@ def _budget(result: Accuracy, point: int) -> Any:
         mean = [_share(own[result.told, k].mean()) for own in shares]
         there = [_share(own[point, k]) for own in shares]
         made.add_row(source.kind, source.name, source.size, str(source.amounts), *mean, *there, f"{shifts[k]:.4g}")
+    return made
+
+
+def _shares_of_one(result: Accuracy) -> Any:
+    """Sources with their shares at one pose."""
+    columns = ("of", "size", "amounts", "position %", "rotation %", "shift µm")
+    made = table("shares in the variance of position and rotation", "", *columns, left=3)
+    shares = [100 * result.shares(what)[0] for what in ("position", "rotation")]
+    shifts = 1e6 * np.linalg.norm(result.shifts[0, :, :3], axis=1)
+    for k, source in enumerate(result.sources):
+        row = (source.kind, source.name, source.size, str(source.amounts), *(_share(own[k]) for own in shares))
+        made.add_row(*row, f"{shifts[k]:.4g}")
     return made
 
 
