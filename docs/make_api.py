@@ -47,7 +47,7 @@ GROUPS = {
     "Solids": "solid_check SolidCheck",
     "Measurements": "import_files read_functions save_functions read_universal write_universal Functions Channel "
     "fit_modes ModalFit read_setup correlate Correlation update Free Update",
-    "Many designs": "read_study Study sweep Sweep optimise Optimisation write_machines",
+    "Many designs": "read_study Study sweep Sweep optimise Optimisation write_machines sensitivity Uncertainty",
     "Figures, data, other programs": "figure save write_report write_mjcf to_mjcf write_urdf to_urdf write_calculix "
     "to_calculix",
     "Errors": "TrivetError InputError NoResultError",

@@ -21,7 +21,7 @@ from trivet.design.sobol import indices
 from trivet.design.study import Study, study_of
 from trivet.design.study_file import GivenPoses, GivenSensitivity, GivenSweep, GivenVariable, StudyFile
 from trivet.design.sweep import drawn
-from trivet.design.uncertainty import Uncertainty, uncertainty
+from trivet.design.uncertainty import Uncertainty, sensitivity
 from trivet.errors import NoResultError
 from trivet.model import load
 
@@ -49,7 +49,7 @@ def unknown(quantities: Any, variables: Any, machines: Any = ("azulay",), count:
 @pytest.fixture(scope="module")
 def masses(quick_kernels: None, tmp_path_factory: pytest.TempPathFactory) -> Uncertainty:
     """A product of two unknowns: density times what grows straight with the length of links."""
-    return uncertainty(unknown(["mass"], [DENSITY, LONG]), tmp_path_factory.mktemp("masses") / "m.zarr")[0]
+    return sensitivity(unknown(["mass"], [DENSITY, LONG]), tmp_path_factory.mktemp("masses") / "m.zarr")[0]
 
 
 def volume(length: float) -> tuple[float, float]:
@@ -182,7 +182,7 @@ def test_slopes_tell_how_far_they_are(tmp_path: Path) -> None:
     other = GivenVariable(of="shoulder.stiffness", low="20000 N m/rad", high="30000 N m/rad")
     told: list[Any] = []
     asked = unknown(["mean K_yy", "reached", "home frequency"], [LENGTH, other], ["azulay", "glozman"], count=8)
-    found = uncertainty(
+    found = sensitivity(
         asked, tmp_path / "a.zarr", progress=lambda done, total, remaining: told.append("samples"),
         first=lambda machine, done, total: told.append((machine, done, total)),
     )[0]  # fmt: skip
@@ -200,9 +200,9 @@ def test_interrupted_runs_go_on(tmp_path: Path, masses: Uncertainty) -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        uncertainty(asked, tmp_path / "m.zarr", progress=stop)
+        sensitivity(asked, tmp_path / "m.zarr", progress=stop)
     started: list[int] = []
-    found, outcome = uncertainty(asked, tmp_path / "m.zarr", progress=lambda done, total, remaining: started.append(done))
+    found, outcome = sensitivity(asked, tmp_path / "m.zarr", progress=lambda done, total, remaining: started.append(done))
     assert outcome.done == outcome.total == 8
     assert started[0] >= 384
     assert found.spreads == masses.spreads
@@ -213,13 +213,13 @@ def test_interrupted_runs_go_on(tmp_path: Path, masses: Uncertainty) -> None:
 
 def test_what_cannot_be_uncertain(tmp_path: Path) -> None:
     single = GivenVariable(of="link.length", choices=["200 mm"])
-    assert "none of them varies" in message_of(lambda: uncertainty(unknown(["mass"], [single]), tmp_path / "a.zarr"))
+    assert "none of them varies" in message_of(lambda: sensitivity(unknown(["mass"], [single]), tmp_path / "a.zarr"))
     none = dataclasses.replace(unknown(["mass"], [LENGTH]), quantities=())
-    assert "say what is asked of every design" in message_of(lambda: uncertainty(none, tmp_path / "b.zarr"))
+    assert "say what is asked of every design" in message_of(lambda: sensitivity(none, tmp_path / "b.zarr"))
     assert not list(tmp_path.iterdir())
     thick = GivenVariable(of="sections.tube.inner_diameter", low="5 mm", high="100 mm")
     with pytest.raises(NoResultError, match=r"of 32 samples \d+ at most have a quantity"):
-        uncertainty(unknown(["mass"], [thick], count=16), tmp_path / "c.zarr")
+        sensitivity(unknown(["mass"], [thick], count=16), tmp_path / "c.zarr")
 
 
 STUDY: dict[str, Any] = {

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from trivet.design.optimisation import Optimisation, optimise
     from trivet.design.study import Study, read_study
     from trivet.design.sweep import Sweep, sweep
+    from trivet.design.uncertainty import Uncertainty, sensitivity
     from trivet.design.writing import write_machines
     from trivet.errors import InputError, NoResultError, TrivetError
     from trivet.interop.calculix import to_calculix, write_calculix
@@ -88,6 +89,7 @@ _HOMES = {
     "trivet.design.optimisation": ("Optimisation", "optimise"),
     "trivet.design.study": ("Study", "read_study"),
     "trivet.design.sweep": ("Sweep", "sweep"),
+    "trivet.design.uncertainty": ("Uncertainty", "sensitivity"),
     "trivet.design.writing": ("write_machines",),
     "trivet.errors": ("InputError", "NoResultError", "TrivetError"),
     "trivet.interop.calculix": ("to_calculix", "write_calculix"),
@@ -168,13 +170,13 @@ __all__ = [
     "ModePaths", "ModesReport", "MotionReport", "NoResultError", "Optimisation", "OrientationReport", "Plan", "PlanStudy",
     "Play", "PoseReport", "Positioning", "RedundantPath", "Simulation", "SingularityMap", "SingularityReport", "SolidCheck",
     "StiffnessMap", "Study", "Surface", "Sweep", "TiltReport", "TiltStudy", "Tolerance", "Tolerances", "Trajectory",
-    "TrivetError", "Update", "WorkspaceReport", "WorkspaceStudy", "accuracy", "advice", "advise_locks", "along",
-    "along_path", "atlas", "catalogue", "circle", "compare", "compare_dynamics", "cone", "correlate", "dimensions",
+    "TrivetError", "Uncertainty", "Update", "WorkspaceReport", "WorkspaceStudy", "accuracy", "advice", "advise_locks",
+    "along", "along_path", "atlas", "catalogue", "circle", "compare", "compare_dynamics", "cone", "correlate", "dimensions",
     "dynamics_report", "figure", "fit_modes", "forward", "frf", "hemisphere", "import_files", "in_block", "load", "lobes",
     "lobes_along", "lock_sets", "minimum_dynamic_stiffness", "modes", "modes_along", "motion", "optimise",
-    "orientation_workspace", "over_hemisphere", "parse", "plan", "plan_along", "plans", "pose", "read_functions",
-    "read_path", "read_setup", "read_study", "read_tolerances", "read_universal", "redundant_path", "save",
-    "save_functions", "save_responses", "schema", "simulate", "singularity_map", "singularity_report", "solid_check",
+    "orientation_workspace", "over_hemisphere", "parse", "plan", "plan_along", "plans", "pose", "read_functions", "read_path",
+    "read_setup", "read_study", "read_tolerances", "read_universal", "redundant_path", "save", "save_functions",
+    "save_responses", "schema", "sensitivity", "simulate", "singularity_map", "singularity_report", "solid_check",
     "stiffness_map", "straight", "sweep", "switched", "through", "tilt", "tilts", "timed", "to_calculix", "to_mjcf",
     "to_text", "to_urdf", "update", "workspace", "workspaces", "write", "write_calculix", "write_machines", "write_mjcf",
     "write_report", "write_universal", "write_urdf", "zyz_frame",

@@ -122,7 +122,7 @@ class Uncertainty:
         return self._values(name)[:, [0, -1]].reshape(-1)
 
 
-def uncertainty(
+def sensitivity(
     study: Study,
     store: str | os.PathLike[str],
     *,

@@ -30,7 +30,7 @@ def run(
     from pathlib import Path
 
     from trivet.design.study import read_study
-    from trivet.design.uncertainty import uncertainty
+    from trivet.design.uncertainty import sensitivity
     from trivet.errors import NoResultError
     from trivet.views import uncertainty as view
 
@@ -38,7 +38,7 @@ def run(
     out.check()
     folder = store if store is not None else f"{Path(study).stem}.sensitivity.zarr"
     with output.remaining(out.as_json, "designs") as advance:
-        result, outcome = uncertainty(
+        result, outcome = sensitivity(
             asked, folder, workers=workers, scheduler=scheduler, progress=advance,
             first=lambda machine, done, total: advance(done, total, doing=f"slopes of {machine}"),
         )  # fmt: skip
