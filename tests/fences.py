@@ -8,6 +8,7 @@ The first line of a block names its kind, then what is special about it; GitHub 
     ```toml                        a machine file, which lies there for what follows
     ```toml set-up                 a file of a test set-up, read
     ```toml study                  a study file, read, which lies there for what follows as study.toml
+    ```toml tolerances             a tolerance file, read, which lies there for what follows as tolerances.toml
     ```toml piece                  keys and values out of a file, read as TOML
     ```csv                         a table of measured responses, read
     ```math                        an equation, which the site sets
@@ -26,8 +27,8 @@ from typing import NamedTuple
 from markdown_it import MarkdownIt
 
 KINDS = (
-    "console", "console not run", "python", "toml", "toml set-up", "toml study", "toml piece", "csv", "math", "text",
-    "text usage", "text not run",
+    "console", "console not run", "python", "toml", "toml set-up", "toml study", "toml tolerances", "toml piece", "csv",
+    "math", "text", "text usage", "text not run",
 )  # fmt: skip
 _COMMAND = re.compile(r"\$ (.*)\n((?:(?!\$ ).*\n)*)")
 _SPOKEN = re.compile(r"(?:^|[\s/\\])trivet (?P<words>.*?)(?:\s[>|]\s.*)?$", re.MULTILINE)

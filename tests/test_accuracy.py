@@ -275,6 +275,8 @@ def test_what_cannot_be_asked() -> None:
     given = Tolerances((Tolerance("link.length", plus_minus=1e-5),))
     with pytest.raises(InputError, match="point 'tip' is not known"):
         accuracy("azulay", given, point="tip")
+    with pytest.raises(InputError, match=r"expected \(x, y, z, azimuth, tilt, roll\)"):
+        accuracy("azulay", given, (0, 0, 0.125, 0, 0))
     with pytest.raises(InputError, match="has rolls of its own"):
         accuracy("azulay", given, at(0, 0, 0.125, 0, 0, 0), roll=0.0)
     with pytest.raises(InputError, match="9 actuators and 6 constraints"):
@@ -322,7 +324,7 @@ def test_tables_pictures_and_files(tmp_path: Path) -> None:
 def test_the_file_of_the_page_is_read(tmp_path: Path) -> None:
     page = (Path(__file__).parents[1] / "docs" / "accuracy.md").read_text(encoding="utf-8")
     file = tmp_path / "tolerances.toml"
-    file.write_text(page.split("```toml piece\n")[1].split("```")[0], encoding="utf-8")
+    file.write_text(page.split("```toml tolerances\n")[1].split("```")[0], encoding="utf-8")
     found = inexactness(load("azulay"), read_tolerances(file))
     assert [source.kind for source in found.sources].count("play") == 3
     assert found.known[-1].any()
