@@ -157,3 +157,25 @@ def test_derivatives_with_respect_to_every_dimension(name: str, spherical: str) 
         assert slopes[path] == pytest.approx(difference, rel=1e-6, abs=1e-7 * scale), path
         seen += abs(difference) > 1e-3 * scale
     assert seen >= 7, "most dimensions matter"
+
+
+def test_derivatives_where_limits_hold_rolls() -> None:
+    """Eclipse's columns stop most rolls short of a top: these go with the limit, which the envelope theorem knows nothing of.
+
+    Against central differences with rolls that are sought anew; the limit itself is one of the dimensions.
+    """
+    machine, step = load("eclipse"), 1e-6
+    signs, surface = parse_mode(machine), surface_of(machine)
+    surface = some(surface, np.arange(0, len(surface), 7))
+    best = best_roll(machine, surface, signs, K_XX)
+    assert 10 < best.at_limit.sum() < len(surface)
+    _, slopes = mean_and_gradient(machine, surface, best, signs, K_XX)
+    leaves, structure = jax.tree.flatten(machine)
+    paths = list(dimensions(machine))
+    for own in ("elements.link.length", "elements.guide.radius", "elements.column.travel.1", "platform_joint.radius"):
+        path, means = f"chains.leg.{own}", []
+        k = paths.index(path)
+        for moved in (leaves[k] + step, leaves[k] - step):
+            changed = jax.tree.unflatten(structure, [*leaves[:k], moved, *leaves[k + 1 :]])
+            means.append(best_roll(changed, surface, signs, K_XX).value.mean())
+        assert slopes[path] == pytest.approx((means[0] - means[1]) / (2 * step), rel=1e-4, abs=1e3), path

@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trivet.errors import InputError
+from trivet.kinematics.inverse import inverse
+from trivet.kinematics.travel import margin
 from trivet.model import Machine, Mechanism, dimensions
 from trivet.space.frame import Angle, Frame
 from trivet.space.pose import rolled, tangent_axes
@@ -186,17 +188,41 @@ def _count_distinct(roll: NDArray[Any], counted: NDArray[Any]) -> NDArray[Any]:
 
 
 @partial(jax.jit, static_argnames="scalar")
-def mean_objective(machine: Machine, frames: Frame, roll: Angle, signs: Scalar, scalar: Objective) -> Scalar:
-    """Mean of the objective over poses (n,) at fixed rolls; differentiable in every dimension.
+def mean_objective(
+    machine: Machine, frames: Frame, roll: Angle, cut: Scalar | None, signs: Scalar, scalar: Objective
+) -> Scalar:
+    """Mean of the objective over poses (n,) at given rolls; differentiable in every dimension.
 
     At interior best rolls the derivative of the mean with respect to a dimension is that of the mean best-roll objective, since
-    the objective's derivative with respect to the roll vanishes there (envelope theorem).
+    the objective's derivative with respect to the roll vanishes there (envelope theorem).  Where a limit cuts the hill it does
+    not, and the roll goes with the limit, where the margin m of travel stays zero: d roll / dx = -m_x / m_roll.  `cut` (n,)
+    tells where; None for nowhere.
     """
 
-    def value(frame: Frame, angle: Angle) -> Scalar:
-        return scalar(platform_stiffness_by_copies(machine, rolled(frame, angle), signs))
+    def value(frame: Frame, angle: Angle, is_cut: Scalar | None) -> Scalar:
+        def least(turn: Scalar) -> Scalar:
+            return _travel_margin(machine, _turned(frame, angle, turn), signs)
 
-    return jnp.mean(jax.vmap(value)(frames, roll))
+        if is_cut is None:
+            return scalar(platform_stiffness_by_copies(machine, rolled(frame, angle), signs))
+        here, narrowing = jax.jvp(least, (0.0,), (1.0,))
+        # Zero in value, with the slopes of the roll that follows.
+        turn = jnp.where(is_cut, jax.lax.stop_gradient(here) - here, 0.0)
+        turn = turn / jnp.where(is_cut, jax.lax.stop_gradient(narrowing), 1.0)
+        return scalar(platform_stiffness_by_copies(machine, _turned(frame, angle, turn), signs))
+
+    return jnp.mean(jax.vmap(value)(frames, roll, cut))
+
+
+def _turned(frame: Frame, roll: Angle, turn: Scalar) -> Frame:
+    """A frame at a roll, and turned on by a little (rad)."""
+    return rolled(rolled(frame, roll), Angle(jnp.cos(turn), jnp.sin(turn)))
+
+
+def _travel_margin(machine: Machine, pose: Frame, signs: Scalar) -> Scalar:
+    """The least margin of all joints at one pose."""
+    legs = machine.legs_unnamed
+    return jnp.min(jnp.stack([margin(leg, inverse(leg, pose, signs[k]), pose) for k, leg in enumerate(legs)]))
 
 
 _mean_and_gradient = jax.jit(jax.value_and_grad(mean_objective), static_argnames="scalar")
@@ -205,10 +231,14 @@ _mean_and_gradient = jax.jit(jax.value_and_grad(mean_objective), static_argnames
 def mean_and_gradient(
     machine: Machine, surface: Surface, best: BestRoll, signs: Any, scalar: Objective
 ) -> tuple[float, dict[str, float]]:
-    """Mean best-roll objective over the reached points and its derivative with respect to every dimension by key path (SI)."""
+    """Mean best-roll objective over the reached points and its derivative with respect to every dimension by key path (SI).
+
+    Rolls that a limit decides go with the limit.
+    """
     used = np.isfinite(best.roll)
     frames = unrolled(surface.position[used], surface.azimuth[used], surface.tilt[used])
     roll = Angle(np.cos(best.roll[used]), np.sin(best.roll[used]))
+    cut = best.at_limit[used] if best.at_limit[used].any() else None
     model = jax.tree.map(jnp.asarray, machine)
-    value, gradient = _mean_and_gradient(model, frames, roll, jnp.asarray(signs), scalar)
+    value, gradient = _mean_and_gradient(model, frames, roll, cut, jnp.asarray(signs), scalar)
     return float(value), {path: float(slope) for path, slope in dimensions(gradient).items()}
