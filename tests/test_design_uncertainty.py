@@ -96,6 +96,26 @@ def test_decades_go_by_the_logarithm() -> None:
     np.testing.assert_allclose(found.deviations, found.value * math.log(1e4) / math.sqrt(12), rtol=1e-12)
 
 
+def test_as_described_is_the_machine_itself() -> None:
+    """Also where its numbers are outside of the ranges, or other choices than the one in the middle; a foreign one is none."""
+    low = GivenVariable(of="link.length", low="100 mm", high="200 mm")
+    chosen = ["25 mm", "19 mm"], ["22 mm", "17 mm"], ["19 mm", "14 mm"]
+    tubes = GivenVariable(of=TUBE.of, name="tube", choices=[list(own) for own in chosen])
+    for tube, place in ((tubes, 2), (GivenVariable(of=TUBE.of, name="tube", choices=tubes.choices[:2]), 0)):
+        found = first_order(unknown(["mass"], [low, tube]), 0)
+        np.testing.assert_array_equal(found.design, [0.216, place])
+    study = unknown(["mass", "home frequency"], [low, tubes])
+    alone = first_order(study, 0)
+    assert alone.value[0] == pytest.approx(carried("azulay"), rel=1e-12)
+    assert np.isfinite(alone.slope[:, 0]).all(), "differences are taken about the machine, wherever the range is"
+
+
+def carried(name: str) -> float:
+    """Mass (kg) of a machine as described."""
+    plain = unknown(["mass"], [LENGTH], [name])
+    return float(Evaluation(plain, 1)(np.array([[0.216]])).values[0, 0])
+
+
 def test_slopes_are_those_of_best_rolls() -> None:
     """Against differences of values with rolls that are sought anew; a choice has none, a number of another machine is none."""
     other = GivenVariable(of="shoulder.stiffness", low="20000 N m/rad", high="30000 N m/rad")

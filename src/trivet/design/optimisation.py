@@ -113,7 +113,7 @@ def optimise(
         for place, name in enumerate(asked.names):
             problem = MachineProblem(asked, place, aims)
             own = _Prefixed(memo, f"{place}:".encode())
-            start = asked.described_of(place)[None]
+            start = np.clip(asked.described_of(place), problem.low, problem.high)[None]
             try:
                 aims.require(asked.machines[place])
                 fronts[place] = searched(

@@ -32,7 +32,7 @@ class FirstOrder(NamedTuple):
     """Quantities (q,) of one machine to first order in d variables; SI."""
 
     design: Array
-    """(d,) the machine as described; of choices the number of one in the middle."""
+    """(d,) the machine as described, as `Study.described_of`."""
     value: Array
     """(q,) NaN where there is none."""
     slope: Array
@@ -154,12 +154,13 @@ def _moved(study: Study, place: int) -> list[int]:
 
 
 def _by_differences(single: Study, names: Iterable[str], design: Array, told: Callable[[], None]) -> Array:
-    """Slopes (q, d) of quantities; within the range of each variable."""
+    """Slopes (q, d) of quantities; within the range of each variable, widened to the design."""
     found = np.zeros((len(list(names)), len(design)))
     for k in _moved(single, 0):
         low, high = single.variables[k].law.low, single.variables[k].law.high
         both = np.repeat(design[None], 2, axis=0)
-        both[:, k] = np.clip(design[k] + np.array([-1, 1]) * STEP * (high - low), low, high)
+        least, most = min(low, design[k]), max(high, design[k])
+        both[:, k] = np.clip(design[k] + np.array([-1, 1]) * STEP * (high - low), least, most)
         found[:, k] = np.diff(_at(single, names, both), axis=0)[0] / np.diff(both[:, k])[0]
         told()
     return found

@@ -19,7 +19,7 @@ from trivet.design.looked import Load, Points
 from trivet.design.quantities import Asked, quantity, require
 from trivet.design.store.layout import NOT_YET
 from trivet.design.study_file import MOST_MACHINES, StudyFile, read_study_file
-from trivet.design.variables import Variable, machine_of, variables_of
+from trivet.design.variables import Action, Variable, machine_of, variables_of
 from trivet.errors import InputError
 from trivet.kinematics.mode import closed_form_signs, mode_text
 from trivet.model import Machine, parse, to_text
@@ -125,19 +125,14 @@ class Study:
         return jax.tree.map(float, made)
 
     def described_of(self, place: int) -> Array:
-        """(d,) the design which a machine is as described; the middle where it has no such number, or a choice of them."""
+        """(d,) the design which a machine is as described, also outside of ranges.
+
+        The middle where it has no such number, or where it is none of the choices.
+        """
         import jax
 
         numbers = jax.tree.leaves(self.subjects[place].machine)
-        found = []
-        for variable in self.variables:
-            action = variable.actions[place]
-            if variable.is_discrete or action is None:
-                found.append(variable.law.middle)
-            else:
-                own = 1.0 if action.is_factor else float(numbers[action.leaves[0]])
-                found.append(min(max(own, variable.law.low), variable.law.high))
-        return np.array(found)
+        return np.array([_described(variable, variable.actions[place], numbers) for variable in self.variables])
 
     @cached_property
     def packed(self) -> str:
@@ -153,6 +148,17 @@ class Study:
         study = {key: packed["study"][key] for key in ("variables", "poses", "load")}
         text = json.dumps([study, packed["machines"], packed["quantities"], more], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _described(variable: Variable, action: Action | None, numbers: Sequence[float]) -> float:
+    """The value of a variable in a machine with these numbers."""
+    if action is None:
+        return variable.law.middle
+    own = [1.0 if action.is_factor else float(numbers[leaf]) for leaf in action.leaves]
+    if not variable.is_discrete:
+        return own[0]
+    same = (float(k) for k, choice in enumerate(variable.choices) if np.allclose(choice, own, rtol=1e-9, atol=0))
+    return next(same, variable.law.middle)
 
 
 def read_study(path: str | os.PathLike[str]) -> Study:
