@@ -46,6 +46,24 @@ def test_deviations_from_the_paper_stand_beside(comparison: Comparison) -> None:
     assert alizade.relative == pytest.approx(0.43, abs=0.02), "not reproducible by any common choice"
 
 
+@pytest.mark.parametrize(
+    ("name", "height", "balls", "mean"),
+    [
+        ("eclipse", "180 mm", "clamped", 5.93),
+        ("eclipse", "170 mm", "free", 4.69),
+        ("azulay", "121 mm", "free", 5.20),
+        ("glozman", "190 mm", "clamped", 11.2),
+    ],
+)
+def test_the_order_along_x_hangs_on_the_height(name: str, height: str, balls: str, mean: float) -> None:
+    """What docs/studies.md and Table 4 of docs/replication.md tell of heights that the paper does not give."""
+    found = trivet.stiffness_map(trivet.model.load(name, {"workpiece.height": height, "ball.rotation": balls}))
+    value = found.best.value / 1e6
+    assert len(value) == 317
+    assert np.isfinite(value).all()
+    assert value.mean() == pytest.approx(mean, rel=2e-3)
+
+
 def test_a_finer_lattice_changes_little(comparison: Comparison) -> None:
     assert {c.finer_points for c in comparison.convergence} == {1257}
     assert all(abs(c.relative) < 0.006 for c in comparison.convergence)

@@ -26,7 +26,8 @@ RULES = (
     f"What is about a number deviates from it by no more than {100 * ABOUT:g} %.",
     "A setting in which one of the machines has no number says nothing of an order, or of a statement, about them. It is left "
     "out, and how many are is told.",
-    "Least and greatest go over what the paper leaves open. That its number lies between them confirms nothing.",
+    "Least and greatest go over the settings that are looked at, not over all that the paper leaves open. That its number "
+    "lies between them confirms nothing.",
 )
 """For who reads a report."""
 
