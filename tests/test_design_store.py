@@ -240,7 +240,7 @@ def test_a_store_of_another_study_is_refused(tmp_path: Path) -> None:
         (replace(LAYOUT, attributes={"seed": 3}), "study is .* there and nothing here"),
         (replace(LAYOUT, chunk=6), "designs_per_chunk is 5 there and 6 here"),
         (replace(LAYOUT, columns=LAYOUT.columns[:2]), "the number of columns is 3 there and 2 here"),
-        (replace(LAYOUT, columns=(*LAYOUT.columns[:2], Column("mass", "g", ""))), r'columns\[2\].units is "kg" there and "g"'),
+        (replace(LAYOUT, columns=(*LAYOUT.columns[:2], Column("mass", "g", ""))), r'columns.3.units is "kg" there and "g"'),
         (replace(LAYOUT, statuses=("done",)), "the number of statuses is 2 there and 1 here"),
         (replace(LAYOUT, version="9.9"), f"was made by trivet {LAYOUT.version}, and this is 9.9"),
     ]  # fmt: skip

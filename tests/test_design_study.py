@@ -151,13 +151,13 @@ def test_factors_multiply_what_other_variables_set(tmp_path: Path) -> None:
     assert guide.radius == pytest.approx(1.1 * float(own.radius), rel=1e-15)
 
 
-def test_a_machine_as_described_is_a_design_within_the_ranges(tmp_path: Path) -> None:
+def test_a_machine_as_described_is_a_design_wherever_ranges_are(tmp_path: Path) -> None:
     own = float(load("azulay").chains["leg"].elements[3].length)
     higher = {**LENGTH, "low": f"{own + 0.01!r} m", "high": f"{own + 0.02!r} m"}
     size = {"scale": "guide.radius", "low": 0.8, "high": 1.3}
     tube = {"of": "sections.tube.outer_diameter", "choices": ["18 mm", "19 mm", "20 mm"]}
     assert study(tmp_path, variables=[LENGTH, size, tube]).described_of(0) == pytest.approx([own, 1, 1], rel=1e-15)
-    assert study(tmp_path, variables=[higher, size, tube]).described_of(0) == pytest.approx([own + 0.01, 1, 1], rel=1e-15)
+    assert study(tmp_path, variables=[higher, size, tube]).described_of(0) == pytest.approx([own, 1, 1], rel=1e-15)
 
 
 def test_the_study_of_one_machine_has_its_designs(tmp_path: Path) -> None:
