@@ -241,7 +241,7 @@ def test_references_are_up_to_date(name: str) -> None:
 
 
 def test_references_explain_everything() -> None:
-    for line in (maker("make_reference").page() + maker("make_commands").page()).splitlines():
+    for line in "".join([*maker("make_reference").pages().values(), maker("make_commands").page()]).splitlines():
         if line.startswith("| `"):
             *_, meaning, _ = re.split(r"(?<!\\)\|", line)
             assert meaning.strip(), line
