@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from trivet import compare
-from trivet.cli.output import counted
+from trivet.cli.output import counted, goes_on
 
 pty = pytest.importorskip("pty", reason="no pseudo-terminals here")
 
@@ -69,3 +69,9 @@ def test_how_far_a_comparison_is() -> None:
 def test_counts_never_ask() -> None:
     assert counted(3, 7) == "3 of 7"
     assert counted(317, None) == "317"
+
+
+def test_an_interrupted_study_says_what_it_keeps(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(KeyboardInterrupt), goes_on("some.zarr"):
+        raise KeyboardInterrupt
+    assert capsys.readouterr() == ("", "some.zarr keeps what is worked out; the same command goes on\n")

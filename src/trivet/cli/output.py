@@ -112,6 +112,17 @@ class _Starting:
 
 
 @contextmanager
+def goes_on(path: str) -> Iterator[None]:
+    """Say, where the work is interrupted, that what is done is kept, and where."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        settle()
+        print(f"{one_line(path)} keeps what is worked out; the same command goes on", file=sys.stderr)
+        raise
+
+
+@contextmanager
 def starting(quiet: bool) -> Iterator[None]:
     """A sign of life from the start on, while libraries are read and kernels compiled, until the command says something."""
     if not quiet and sys.stderr is not None and sys.stderr.isatty():

@@ -48,7 +48,7 @@ def run(
     if machines is not None:
         o.check_folder("--machines", machines, out.overwrite)
     file = store if store is not None else f"{Path(study).stem}.evaluations"
-    with output.progress(out.as_json, "") as advance:
+    with output.goes_on(file), output.progress(out.as_json, "") as advance:
 
         def tell(machine: str, stage: str, done: int, total: int, best: int) -> None:
             advance(f"{machine}, {stage}, {best} on the front", done, total)

@@ -37,7 +37,7 @@ def run(
     asked = read_study(study)
     out.check()
     folder = store if store is not None else f"{Path(study).stem}.sensitivity.zarr"
-    with output.remaining(out.as_json, "designs") as advance:
+    with output.goes_on(folder), output.remaining(out.as_json, "designs") as advance:
         result, outcome = sensitivity(
             asked, folder, workers=workers, scheduler=scheduler, progress=advance,
             first=lambda machine, done, total: advance(done, total, doing=f"slopes of {machine}"),

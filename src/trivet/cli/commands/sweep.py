@@ -24,7 +24,7 @@ def run(
     asked = read_study(study)
     out.check()
     folder = o.store_of(study, store)
-    with output.remaining(out.as_json, "designs") as advance:
+    with output.goes_on(folder), output.remaining(out.as_json, "designs") as advance:
         result, outcome = sweep(asked, folder, workers=workers, scheduler=scheduler, progress=advance)
     output.wrote(folder)
     out.give(result, view, outcome, wrapped=True)

@@ -15,6 +15,8 @@ HELD = 1e-6
 """A constraint is active where it is at most this far from zero, a bound where a variable is as near to it, as a part of its
 range."""
 
+TWIN = 1e-3
+"""Parts of the ranges of variables within which a dominated design is no alternative to one of the front."""
 ALIKE = 1e-9
 """Parts of the front's extent that are no difference between objectives."""
 
@@ -84,11 +86,21 @@ def _beside(problem: Problem, archive: Archive, front: Array, points: int) -> tu
     genes = np.rint(Box.of(problem).genes(np.concatenate([front, archive.designs[index]])) / HELD)
     _, first = np.unique(genes, axis=0, return_index=True)
     index = index[np.sort(first[first >= len(front)]) - len(front)]
+    index = index[_is_other(problem, archive.designs[index], front)]
     rank = np.maximum(ranks(archive.values.objectives)[index], 1)
     objectives = archive.values.objectives[index]
     kept = spread(objectives, points)
     kept = kept[np.lexsort([*objectives[kept].T[::-1], rank[kept]])]
     return archive.designs[index[kept]], archive.values.at(index[kept]), rank[kept]
+
+
+def _is_other(problem: Problem, designs: Array, front: Array) -> Array:
+    """(n,) which designs are more than one of the front that is told, a little beside it."""
+    genes, own = (Box.of(problem).genes(some) for some in (designs, front))
+    found = np.ones(len(designs), dtype=bool)
+    for row in own:
+        found &= np.abs(genes - row).max(axis=1, initial=0.0) > TWIN
+    return found
 
 
 def _active(problem: Problem, constraints: Array) -> tuple[str, ...]:
