@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import os
+import re
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -194,8 +196,10 @@ def test_a_run_that_was_killed_goes_on_to_the_same_front(tmp_path: Path) -> None
         path.write_bytes(data[:cut] if k < 2 else data[: len(data) // 2] + b"x" + data[len(data) // 2 + 1 :])
         again = optimise(study, store=path, points=6, damaged=damaged.append)
         assert [m.design.tolist() for m in again.members] == [m.design.tolist() for m in whole.members]
-        assert path.read_bytes() == data
+        assert len(path.read_bytes()) == len(data)
+        assert path.read_bytes() == data or k == 2  # what was worked out again is at the end
     assert len(damaged) == 3
+    assert damaged[2] < len(data) / 10
 
 
 def test_files_of_other_studies_are_refused(tmp_path: Path) -> None:
@@ -215,6 +219,37 @@ def test_files_of_other_studies_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no file of an optimisation"), kept(tmp_path / "notes.txt", "one", lambda cut: None):
         pass
     assert (tmp_path / "notes.txt").read_text() == "do not lose this"
+
+
+def test_a_flipped_byte_costs_one_record_at_most_and_nothing_of_another_study(tmp_path: Path) -> None:
+    path = tmp_path / "known"
+    own = {bytes([65 + k]) * (k + 1): np.arange(6.0 * k).reshape(k, 6) for k in range(4)}
+    with kept(path, "one") as memo:
+        memo.update(own)
+    data = path.read_bytes()
+    for place in range(len(data)):
+        altered = data[:place] + bytes([data[place] ^ 1]) + data[place + 1 :]
+        path.write_bytes(altered)
+        with pytest.raises(InputError, match=r"of another study|nothing tells that it is of this"), kept(path, "two"):
+            pass
+        assert path.read_bytes() == altered
+        cut: list[int] = []
+        with kept(path, "one", cut.append) as memo:
+            assert len(memo) >= len(own) - 1
+            assert all(np.array_equal(memo[key], own[key]) for key in memo)
+            memo.update({key: values for key, values in own.items() if key not in memo})
+        assert len(cut) == 1
+        with kept(path, "one", cut.append) as memo:
+            assert set(memo) == set(own)
+        assert len(cut) == 1
+        assert len(path.read_bytes()) == len(data)
+
+
+def test_a_memo_is_a_regular_file(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "pipe", Path("/dev/null")):
+        with pytest.raises(InputError, match="is not a regular file"), kept(path, "one"):
+            pass
 
 
 def test_limits_that_no_design_meets_are_named() -> None:
@@ -258,3 +293,11 @@ def test_the_command(trivet: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     code, out, err = trivet("optimise", "study.toml", "--points", "4", "--machines", "best")
     assert code == 2
     assert "is not empty" in err
+    Path("file").write_text("")
+    for folder, said in (("file/best", "file is not a folder"), ("locked/a/best", "no permission in .*locked")):
+        Path("locked").mkdir(exist_ok=True)
+        with monkeypatch.context() as patch:
+            patch.setattr(os, "access", lambda path, mode: not str(path).endswith("locked"))
+            code, out, err = trivet("optimise", "study.toml", "--machines", folder)
+        assert code == 2
+        assert re.search(said, err)

@@ -1,23 +1,25 @@
 """What an optimisation has worked out, kept in a file that grows: a run that was interrupted goes on as if it had not been.
 
-The file is records one after the other, each with its length and a checksum.  Whatever is wrong with the file from some record
-on, of a power cut or a flipped byte, is cut off, and worked out again.
+The file is records one after the other, each with its length and a checksum that tells whose it is.  A record that a power cut
+or a flipped byte has damaged is taken out, and worked out again; those after it are found by their marks and stay.
 """
 
 from __future__ import annotations
 
 import fcntl
 import os
+import stat
 import struct
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping
 from contextlib import contextmanager
 from importlib.metadata import version
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from trivet.design.store.disk import told as refused
 from trivet.errors import InputError
 
 Array = NDArray[Any]
@@ -25,13 +27,26 @@ Array = NDArray[Any]
 _HEAD = struct.Struct("<4sIIII")
 """Mark, length of the key, of the values with their shape, and checksums of these lengths and of all that follows."""
 _MARK = b"tvmo"
+_TITLE = b"trivet optimisation "
+"""How the key of the record begins that tells whose file it is; all others have that key in their checksums."""
+_BEGINNING = 65536
+"""Bytes in which a file of ours has a mark, however damaged."""
+
+
+class _Record(NamedTuple):
+    """A record that is sound."""
+
+    start: int
+    end: int
+    key: bytes
+    values: Array
 
 
 class Memo(MutableMapping[bytes, Array]):
     """Values by the bytes of what they were asked of; new ones are written at once."""
 
-    def __init__(self, descriptor: int, path: str) -> None:
-        self._descriptor, self._path = descriptor, path
+    def __init__(self, descriptor: int, path: str, title: bytes) -> None:
+        self._descriptor, self._path, self._title = descriptor, path, title
         self._known: dict[bytes, Array] = {}
 
     def __getitem__(self, key: bytes) -> Array:
@@ -58,7 +73,7 @@ class Memo(MutableMapping[bytes, Array]):
         for other in others:
             items: Iterable[tuple[bytes, Array]] = other.items() if isinstance(other, Mapping) else other
             new |= {key: np.ascontiguousarray(values, dtype=float) for key, values in items}
-        self._write(b"".join(_record(key, values) for key, values in new.items()))
+        self._write(b"".join(_record(key, values, self._title) for key, values in new.items()))
         self._known |= new
 
     def _write(self, data: bytes) -> None:
@@ -71,37 +86,78 @@ class Memo(MutableMapping[bytes, Array]):
             raise InputError(f"{self._path}: cannot be written: {error.strerror or error}; what is there stays") from None
 
     def read(self) -> int:
-        """Take in what the file holds; what is damaged, and all after it, is cut off, and its bytes are counted."""
-        data = os.pread(self._descriptor, os.fstat(self._descriptor).st_size, 0)
+        """Take in what the file holds; what is damaged is taken out, and its bytes are counted.
+
+        Raises:
+            InputError: for a file of something else or of another study, which stays as it is.
+        """
+        with refused(self._path, "read"), open(os.dup(self._descriptor), "rb") as file:
+            file.seek(0)
+            begun = file.read(_BEGINNING)
+            if begun[: len(_MARK)] != _MARK[: len(begun)] and _MARK not in begun:
+                raise InputError(f"{self._path}: is no file of an optimisation; choose another name (--store)")
+            data = begun + file.read()
+        sound = list(_records(data, self._title))
+        titles = {record.key for record in sound if record.key.startswith(_TITLE)}
+        if titles - {self._title}:
+            raise InputError(
+                f"{self._path}: is of another study, or of another version; choose another name (--store), or remove it"
+            )
+        title = _record(self._title, np.zeros(0), b"")
+        if not sound and len(data) >= len(title):
+            raise InputError(
+                f"{self._path}: is damaged, and nothing tells that it is of this study; choose another name (--store), "
+                "or remove it"
+            )
+        self._known = {record.key: record.values for record in sound if record.key != self._title}
+        cut = len(data) - sum(record.end - record.start for record in sound)
+        if cut:
+            self._close_gaps(data, sound)
+        if not titles:
+            self._write(title)
+        return cut
+
+    def _close_gaps(self, data: bytes, sound: list[_Record]) -> None:
+        """Leave nothing but records that are sound.  None goes to where one is that still has to go: a death costs one."""
         place = 0
-        while (found := _parsed(data, place)) is not None:
-            key, values, place = found
-            self._known[key] = values
-        os.ftruncate(self._descriptor, place)
-        return len(data) - place
+        with refused(self._path, "mended"):
+            for record in sound:
+                if record.start != place:
+                    os.pwrite(self._descriptor, data[record.start : record.end], place)
+                place += record.end - record.start
+            os.ftruncate(self._descriptor, place)
 
 
-def _record(key: bytes, values: Array) -> bytes:
+def _record(key: bytes, values: Array, title: bytes) -> bytes:
     shape = struct.pack(f"<B{values.ndim}I", values.ndim, *values.shape)
     held = shape + values.astype("<f8").tobytes()
     lengths = struct.pack("<II", len(key), len(held))
-    return _HEAD.pack(_MARK, len(key), len(held), zlib.crc32(lengths), zlib.crc32(key + held)) + key + held
+    return _HEAD.pack(_MARK, len(key), len(held), zlib.crc32(lengths), zlib.crc32(title + key + held)) + key + held
 
 
-def _parsed(data: bytes, place: int) -> tuple[bytes, Array, int] | None:
-    """The record at a place and where the next one is; None where there is none, or a damaged one."""
+def _records(data: bytes, title: bytes) -> Iterator[_Record]:
+    """Records of a title, and those that are titles, wherever they are."""
+    place = data.find(_MARK)
+    while place >= 0:
+        found = _parsed(data, place, title)
+        if found is not None:
+            yield found
+        place = data.find(_MARK, place + 1 if found is None else found.end)
+
+
+def _parsed(data: bytes, place: int, title: bytes) -> _Record | None:
+    """The record at a place; None where there is none, or a damaged one."""
     if place + _HEAD.size > len(data):
         return None
-    mark, of_key, of_held, of_lengths, of_body = _HEAD.unpack_from(data, place)
+    _, of_key, of_held, of_lengths, of_body = _HEAD.unpack_from(data, place)
     start, end = place + _HEAD.size, place + _HEAD.size + of_key + of_held
-    if mark != _MARK or of_lengths != zlib.crc32(struct.pack("<II", of_key, of_held)) or end > len(data):
+    if of_lengths != zlib.crc32(struct.pack("<II", of_key, of_held)) or end > len(data):
         return None
-    body = data[start:end]
-    if zlib.crc32(body) != of_body:
+    key, held = data[start : start + of_key], data[start + of_key : end]
+    if of_body != zlib.crc32((b"" if key.startswith(_TITLE) else title) + key + held):
         return None
-    key, held = body[:of_key], body[of_key:]
     shape = struct.unpack_from(f"<{held[0]}I", held, 1)
-    return key, np.frombuffer(held[1 + 4 * held[0] :], dtype="<f8").reshape(shape).copy(), end
+    return _Record(place, end, key, np.frombuffer(held[1 + 4 * held[0] :], dtype="<f8").reshape(shape).copy())
 
 
 @contextmanager
@@ -113,7 +169,7 @@ def kept(
     Args:
         path: the file.
         fingerprint: of the study.
-        told: called with the bytes that were damaged, and are cut off, where there are any.
+        told: called with the bytes that were damaged, and are taken out, where there are any.
 
     Raises:
         InputError: for a file of something else or of another study, that another process is at, or that cannot be written.
@@ -123,7 +179,7 @@ def kept(
         return
     name = os.fspath(path)
     try:
-        descriptor = os.open(name, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
+        descriptor = os.open(name, os.O_RDWR | os.O_CREAT, 0o666)
     except OSError as error:
         raise InputError(f"{name}: cannot be written: {error.strerror or error}") from None
     try:
@@ -133,22 +189,16 @@ def kept(
 
 
 def _opened(descriptor: int, name: str, fingerprint: str, told: Callable[[int], None]) -> Memo:
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        raise InputError(f"{name}: is not a regular file; choose another name (--store)")
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        raise InputError(f"{name}: another process is at it") from None
-    head = f"trivet optimisation 1 {version('trivet')} {fingerprint}".encode()
-    size = os.fstat(descriptor).st_size
-    begun = os.pread(descriptor, 4, 0)
-    if size and begun != _MARK[: len(begun)]:
-        raise InputError(f"{name}: is no file of an optimisation; choose another name (--store)")
-    memo = Memo(descriptor, name)
+    except BlockingIOError:
+        raise InputError(f"{name}: another process is at it; wait for it or end it") from None
+    except OSError as error:
+        raise InputError(f"{name}: cannot be locked: {error.strerror or error}") from None
+    memo = Memo(descriptor, name, _TITLE + f"2 {version('trivet')} {fingerprint}".encode())
     cut = memo.read()
-    others = [key for key in memo if key.startswith(b"trivet optimisation ")]
-    if others and others != [head]:
-        raise InputError(f"{name}: is of another study, or of another version; choose another name (--store), or remove it")
-    if not others:
-        memo.update({head: np.zeros(0)})
     if cut:
         told(cut)
     return memo
