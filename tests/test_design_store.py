@@ -26,7 +26,9 @@ from trivet.errors import InputError
 
 LAYOUT = Layout(
     (Column("link.length", "m", "length of the link"), Column("mean 1/C_xx", "N/m", "stiffness"), Column("mass", "kg", "")),
-    count=23, chunk=5, attributes={"study": "machines\ncount = 23\n", "seed": 3}, statuses=("done", "not reached"),
+    count=23, chunk=5,
+    attributes={"study": "machines\ncount = 23\n", "seed": 3, "variables": json.dumps([{"low": "1 mm", "high": "3 mm"}])},
+    statuses=("done", "not reached"),
 )  # fmt: skip
 
 
@@ -238,6 +240,8 @@ def test_a_store_of_another_study_is_refused(tmp_path: Path) -> None:
         (replace(LAYOUT, attributes={**LAYOUT.attributes, "study": "machines\ncount = 24\n"}),
          'line 2 of study is "count = 23" there and "count = 24" here'),
         (replace(LAYOUT, attributes={"seed": 3}), "study is .* there and nothing here"),
+        (replace(LAYOUT, attributes={**LAYOUT.attributes, "variables": json.dumps([{"low": "2 mm", "high": "3 mm"}])}),
+         r'variables\.1\.low is "1 mm" there and "2 mm" here'),
         (replace(LAYOUT, chunk=6), "designs_per_chunk is 5 there and 6 here"),
         (replace(LAYOUT, columns=LAYOUT.columns[:2]), "the number of columns is 3 there and 2 here"),
         (replace(LAYOUT, columns=(*LAYOUT.columns[:2], Column("mass", "g", ""))), r'columns.3.units is "kg" there and "g"'),
@@ -279,6 +283,9 @@ def test_a_folder_that_is_none_is_refused(tmp_path: Path) -> None:
             read(tmp_path / name)
     with pytest.raises(InputError, match="cannot be made: No such file"):
         open_store(tmp_path / "not" / "there", LAYOUT)
+    (tmp_path / "link").symlink_to("nowhere")
+    with pytest.raises(InputError, match="link: is a link to where nothing is"):
+        open_store(tmp_path / "link", LAYOUT)
     assert files(tmp_path) == before
 
 
@@ -396,11 +403,31 @@ def test_failures_are_told_and_survive_damage(tmp_path: Path) -> None:
         assert [str(failure) for failure in store.failures] == [
             "designs 5 to 9: no reason (attempts: 3)", "designs 20 to 22: other reason (attempts: 6)",
         ]  # fmt: skip
-    (tmp_path / "s" / "status" / "failures.json").write_text("[[1")
-    with open_store(tmp_path / "s", LAYOUT) as store:
-        assert [str(fault) for fault in store.faults()] == ["status/failures.json is altered"]
-        store.repair(store.faults())
-        assert not store.faults()
+    for damaged in ("[[1", '[[5, [25, 29], 3, "no such chunk"]]', '[[-1, [0, 4], 3, "no such chunk"]]'):
+        (tmp_path / "s" / "status" / "failures.json").write_text(damaged)
+        with open_store(tmp_path / "s", LAYOUT) as store:
+            assert [str(fault) for fault in store.faults()] == ["status/failures.json is altered"]
+            store.repair(store.faults())
+            assert not store.faults()
+
+
+@pytest.mark.parametrize("name", ["mass/c/1", "digest/c/1", "status/failures.json"])
+def test_what_is_in_the_place_of_a_file_is_named(tmp_path: Path, name: str) -> None:
+    root = made(tmp_path / "s")
+    whole = files(root)
+    for make, remove in ((os.mkfifo, os.unlink), (os.mkdir, os.rmdir)):
+        (root / name).unlink(missing_ok=True)
+        make(root / name)
+        with (
+            pytest.raises(InputError, match=f"{name}: is in the place of a file; remove it"),
+            open_store(root, LAYOUT) as store,
+        ):
+            store.faults()
+        remove(root / name)
+        with open_store(root, LAYOUT) as store:
+            store.repair(store.faults())
+            fill(store)
+        assert files(root) == whole
 
 
 def test_a_failure_of_a_chunk_that_is_done_is_forgotten(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import os
 import socket
+import stat
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
@@ -52,9 +53,15 @@ def put_all(files: Mapping[Path, bytes]) -> None:
 
 
 def content(path: Path) -> bytes | None:
-    """What a file holds; None where there is none."""
+    """What a file holds; None where there is none.
+
+    Raises:
+        InputError: where it cannot be read, or is no file: a folder, or a pipe, of which the end would never come.
+    """
     with told(path, "read"):
         try:
+            if not stat.S_ISREG(path.stat().st_mode):
+                raise InputError(f"{path}: is in the place of a file; remove it")
             return path.read_bytes()
         except (FileNotFoundError, NotADirectoryError):
             return None

@@ -37,7 +37,7 @@ def faults_of(root: Path, scratch: Scratch, done: Array) -> Iterator[Fault]:
             yield Fault(key, _misfit(found, len(expected)))
     for k in done.nonzero()[0]:
         yield from _chunk_faults(root, scratch, int(k))
-    if failures_in(root) is None:
+    if failures_in(root, scratch.layout.chunks) is None:
         yield Fault(FILE, "is altered")
 
 

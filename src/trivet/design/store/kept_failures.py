@@ -28,13 +28,13 @@ class Failure(NamedTuple):
         return f"designs {self.designs[0]} to {self.designs[1]}: {self.reason} (attempts: {self.attempts})"
 
 
-def failures_in(root: Path) -> dict[int, Failure] | None:
-    """Failures by chunk; None where the file is damaged."""
+def failures_in(root: Path, chunks: int) -> dict[int, Failure] | None:
+    """Failures by chunk, of so many chunks; None where the file is damaged."""
     data = content(root / FILE)
     try:
         rows = json.loads(data) if data is not None else []
         found = [Failure(int(c), (int(first), int(last)), int(n), str(reason)) for c, (first, last), n, reason in rows]
-        return {failure.chunk: failure for failure in found}
+        return {failure.chunk: failure for failure in found} if all(0 <= one.chunk < chunks for one in found) else None
     except (ValueError, TypeError, RecursionError):
         return None
 

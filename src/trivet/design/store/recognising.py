@@ -24,6 +24,8 @@ def check(root: Path, scratch: Scratch) -> None:
     """
     with told(root, "read"):
         if not root.exists():
+            if root.is_symlink():
+                raise InputError(f"{root}: is a link to where nothing is; {ELSEWHERE}, or make that one")
             return
         if not root.is_dir():
             raise InputError(f"{root}: is a file; the name of a folder was expected")

@@ -54,7 +54,7 @@ class Store:
         """(chunks,) whether each is worked out."""
         if not self.done.any():
             self._write_metadata()
-        self._failures = failures_in(root) or {}
+        self._failures = failures_in(root, self.layout.chunks) or {}
         if any(self.done[list(self._failures)]):
             self._failures = {k: failure for k, failure in self._failures.items() if not self.done[k]}
             keep(root, self._failures)
