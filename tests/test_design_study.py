@@ -88,6 +88,9 @@ FILES: dict[str, tuple[dict[str, Any], str]] = {
     "a machine twice": ({"machines": ["azulay", "azulay"]}, "azulay is given twice"),
     "a number twice": ({"variables": [LENGTH, {**LENGTH, "name": "other"}]}, "'link.length' and 'other' set the same number"),
     "a name twice": ({"variables": [LENGTH, LENGTH]}, "two are called 'link.length'"),
+    "a name of a quantity": ({"variables": [{**LENGTH, "name": "mean K_xx"}]}, "'mean K_xx' is the name of a quantity"),
+    "a name that cannot be shown": ({"variables": [{**LENGTH, "name": "a\x1b[31m"}]}, "must be letters that can be read"),
+    "a blank name": ({"variables": [{**LENGTH, "name": " "}]}, "variables.1.name"),
     "no variables": ({"variables": []}, "variables"),
     "an unknown quantity": ({"quantities": ["mean K_xy"]}, "or 'mean K_xx'?"),
     "no quantity": ({"quantities": []}, "say what is asked of every design"),
@@ -110,6 +113,8 @@ FILES: dict[str, tuple[dict[str, Any], str]] = {
         "'N' is not a unit of mass"),
     "more than all points": ({"optimise": {"minimise": ["mass"], "limits": [{"quantity": "reached", "at_least": 1.5}]}},
         "it is a share, 1 at most"),
+    "fewer than no points": ({"optimise": {"minimise": ["mass"], "limits": [{"quantity": "reached", "at_most": -0.5}]}},
+        "reached at most -0.5; of this only at_least can be asked"),
 }  # fmt: skip
 
 

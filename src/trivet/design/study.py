@@ -105,7 +105,12 @@ class Study:
         points = any(own.is_over_points for own in asked)
         for subject in self.subjects if points else ():
             workpiece_of(subject.machine, subject.points.radius, subject.points.height)
-        return dataclasses.replace(self, quantities=asked)
+        made = dataclasses.replace(self, quantities=asked)
+        taken = {own.name for own in (*asked, *made.columns)}
+        for variable in self.variables:
+            if variable.name in taken:
+                raise InputError(f"variables: '{variable.name}' is the name of a quantity; give the variable another name")
+        return made
 
     def of(self, place: int) -> Study:
         """The study of one of its machines alone; variables that it has no number of do nothing."""

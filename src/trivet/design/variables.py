@@ -17,7 +17,7 @@ from pydantic_core import PydanticCustomError
 
 from trivet.design.laws import Choices, Law, LogUniform, Normal, Uniform
 from trivet.design.study_file import GivenVariable, Written
-from trivet.errors import InputError
+from trivet.errors import InputError, shown
 from trivet.model import Machine
 from trivet.model.numbers import Number, number
 from trivet.model.quantity import Quantity, signs
@@ -91,6 +91,8 @@ def variables_of(given: Sequence[GivenVariable], machines: Sequence[Machine]) ->
 
 
 def _variable(given: GivenVariable, machines: Sequence[Machine], place: int) -> Variable:
+    if given.name and not (given.name.isprintable() and given.name.strip()):
+        raise InputError(f"variables.{place}.name: {shown(given.name)}: must be letters that can be read")
     label = f"variables.{given.name or place}"
     if (given.of is None) == (given.scale is None):
         raise InputError(f"{label}: give either of (key paths that take the value) or scale (key paths that it multiplies)")
