@@ -148,6 +148,13 @@ def check_folder(option: str, path: str, overwrite: bool) -> None:
         raise InputError(f"{option} {path}: is not a folder")
     if os.path.isdir(path) and os.listdir(path) and not overwrite:
         raise InputError(f"{option} {path}: is not empty; choose another folder, or allow overwriting (--overwrite)")
+    there = os.path.abspath(path)
+    while not os.path.lexists(there):
+        there = os.path.dirname(there)
+    if not os.path.isdir(there):
+        raise InputError(f"{option} {path}: cannot be made: {there} is not a folder")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise InputError(f"{option} {path}: cannot be written: no permission in {there}, or it is read-only")
 
 
 def quantity(option: str, text: str | None, dimension: str, si: str, positive: bool = False) -> float | None:
