@@ -272,6 +272,11 @@ def test_something_else_that_listens_is_no_scheduler(tmp_path: Path, monkeypatch
         worked(tmp_path / "s", scheduler=f"tcp://127.0.0.1:{silent.getsockname()[1]}")
 
 
+def test_workers_are_none_or_more(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="workers: -1; a number of processes was expected"):
+        worked(tmp_path / "s", workers=-1, patience=1.0)
+
+
 def test_workers_and_a_scheduler_are_one_too_many(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="give either of the two"):
         worked(tmp_path / "s", workers=2, scheduler="tcp://127.0.0.1:1")

@@ -252,6 +252,12 @@ def test_a_memo_is_a_regular_file(tmp_path: Path) -> None:
             pass
 
 
+def test_fronts_without_points_or_time_are_refused() -> None:
+    for points, seconds in ((1, 1.0), (2, 0.0), (2, math.nan)):
+        with pytest.raises(InputError, match=f"points: {points}, seconds: {seconds}"):
+            optimise(seeking([LENGTH], FRONT), points=points, seconds=seconds)
+
+
 def test_limits_that_no_design_meets_are_named() -> None:
     aims = GivenAims(
         minimise=["mass"], limits=[GivenLimit(quantity="home K_zz", at_least="900 N/um")], evaluations=32, population=8

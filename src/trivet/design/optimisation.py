@@ -22,7 +22,7 @@ from trivet.design.front.search import searched
 from trivet.design.machine_problem import MachineProblem
 from trivet.design.memo import kept
 from trivet.design.study import Study
-from trivet.errors import NoResultError
+from trivet.errors import InputError, NoResultError
 from trivet.model import Machine
 
 Progress = Callable[[str, str, int, int, int], None]
@@ -103,6 +103,8 @@ def optimise(
         InputError: for aims that contradict each other, or a store of another study.
         NoResultError: when no design of any machine meets all limits.
     """
+    if points < 2 or not seconds > 0:
+        raise InputError(f"points: {points}, seconds: {seconds}; a front has 2 points or more, and its polishing some time")
     asked, aims = aims_of(study)
     given = asked.given.optimise
     evolution = Evolution(given.evaluations, population=given.population, seed=given.seed)

@@ -67,9 +67,11 @@ def run(
         progress: told of every chunk.
 
     Raises:
-        InputError: when no scheduler answers, workers have other versions, or results cannot be written.
+        InputError: when no scheduler answers, workers are fewer than none or have other versions, or results cannot be written.
         NoResultError: when the scheduler or all workers are lost, or too many chunks fail.
     """
+    if workers < 0:
+        raise InputError(f"workers: {workers}; a number of processes was expected, 0 for none")
     if workers and scheduler is not None:
         raise InputError("workers: are those of the scheduler; give either of the two")
     mended = store.faults()
