@@ -19,9 +19,10 @@ from trivet.design.aims import Aims, aims_of
 from trivet.design.front.archive import is_best
 from trivet.design.machine_problem import MachineProblem
 from trivet.design.memo import kept
-from trivet.design.optimisation import optimise
+from trivet.design.optimisation import Member, Optimisation, optimise
 from trivet.design.study import Study, study_of
 from trivet.design.study_file import GivenAims, GivenLimit, GivenPoses, GivenVariable, StudyFile
+from trivet.design.writing import write_machines
 from trivet.errors import InputError, NoResultError
 from trivet.model import Machine, load
 
@@ -184,6 +185,16 @@ def test_a_front_of_machines_is_told_with_all_that_there_is_to_say() -> None:
         assert member.structural < 1e-9
         assert member.again[found.columns.index("mass")] == pytest.approx(member.values[found.columns.index("mass")], rel=1e-12)
     assert found.machine(found.members[0]).name == found.study.names[found.members[0].place]
+
+
+def test_a_machine_file_of_a_design_tells_where_its_numbers_come_from(tmp_path: Path) -> None:
+    study = seeking([LENGTH, OUTER], FRONT)
+    asked, aims = aims_of(study)
+    member = Member(0, study.described_of(0), np.ones(len(asked.quantities)), True, (), (), np.zeros(0), np.nan)
+    (path,) = write_machines(Optimisation(asked, aims, (member,), (), ()), tmp_path)
+    notes = {note.path.rpartition("elements.")[2]: note for note in load(path).about.notes}
+    assert notes["link.length"].source == "found by optimisation"
+    assert notes["workpiece.height"].status == "fitted"
 
 
 def test_a_run_that_was_killed_goes_on_to_the_same_front(tmp_path: Path) -> None:

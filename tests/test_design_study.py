@@ -104,6 +104,10 @@ FILES: dict[str, tuple[dict[str, Any], str]] = {
     "an unknown mode": ({"poses": {"mode": "++ ++"}}, "mode"),
     "another format": ({"format": 2}, "format"),
     "nothing sought": ({"optimise": {"limits": []}}, "optimise: seeks nothing"),
+    "a share that is sought": ({"optimise": {"maximise": ["reached"]}}, "'reached' is a share of the check points"),
+    "a share at most": ({"optimise": {"minimise": ["mass"], "limits": [{"quantity": "reached", "at_most": 0.5}]}},
+        "of this only at_least can be asked"),
+    "a quantity like no other": ({"quantities": ["weight"]}, "known are mass, reached"),
     "sought twice": ({"optimise": {"maximise": ["mass"], "minimise": ["mass"]}}, "'mass' is sought twice"),
     "limits that exclude each other": ({"optimise": {"minimise": ["mass"], "limits": [
         {"quantity": "mean K_xx", "at_least": "5 N/um"}, {"quantity": "mean K_xx", "at_most": "4 N/um"}]}},
