@@ -172,6 +172,40 @@ def test_rolls_follow_the_design() -> None:
         assert true == pytest.approx(model.slopes(design)[row, k], rel=2e-2, abs=1e-3), own.variables[k]
 
 
+def stretching() -> tuple[MachineProblem, np.ndarray, np.ndarray]:
+    """Elbows of Glozman's machine, and designs by height and circle: one that reaches all points, one too high."""
+    height = GivenVariable(of="workpiece.height", low="150 mm", high="260 mm")
+    study, aims = aims_of(seeking([height, CIRCLE], GivenAims(maximise=["mean K_xx"]), load("glozman")))
+    return MachineProblem(study, 0, aims), np.array([0.16, 0.162]), np.array([0.26, 0.162])
+
+
+def test_a_model_knows_how_near_stretched_elbows_are_to_being_out_of_reach() -> None:
+    """Joints without travel limits: what ends the reach is that chains do not close."""
+    own, low, high = stretching()
+    for _ in range(40):  # the greatest height at which all points are reached
+        middle = (low + high) / 2
+        is_reached = own.values(middle[None]).constraints[0, 0] <= 0
+        low, high = (middle, high) if is_reached else (low, middle)
+    model, before = own.model(low), low - [1e-4, 0.0]
+    reached = model.owner == 1
+    assert model.rows(low)[reached].max() == pytest.approx(0.0, abs=1e-9)
+    row, slope = own.model(before).rows(before)[reached], own.model(before).slopes(before)[reached, 0]
+    assert row.max() < -1e-3
+    assert (row + 1e-4 * slope).max() == pytest.approx(0.0, abs=1e-2 * abs(row.max()))
+
+
+@pytest.mark.parametrize("height", [0.195, 0.2])
+def test_rolls_follow_the_ends_of_reach(height: float) -> None:
+    """Where the best rolls stretch elbows, stiffness has slopes a thousand times too large with rolls that are held."""
+    own, design, _ = stretching()
+    design[0] = height
+    slopes = own.model(design).slopes(design)[0]
+    for k in range(2):
+        step = np.eye(2)[k] * 3e-5  # m; at smaller ones rolls are not found exactly enough: the hills are half a mrad wide
+        true = np.diff(own.values(np.array([design - step, design + step])).objectives[:, 0])[0] / (2 * step[k])
+        assert true == pytest.approx(slopes[k], rel=2e-2), own.variables[k]
+
+
 FRONT = GivenAims(maximise=["mean K_xx"], minimise=["mass"], evaluations=96, population=16)
 
 

@@ -1,8 +1,8 @@
 """How the best rolls of a machine follow its dimensions, to first order about one design.
 
 At a check point the best roll gamma is where the objective g has its top, g_gamma = 0, and stays so as the design x changes:
-d gamma / dx = -g_gamma,x / g_gamma,gamma.  Where a limit of travel cuts the hill, it stays there, where the margin m of travel
-vanishes: d gamma / dx = -m_x / m_gamma.
+d gamma / dx = -g_gamma,x / g_gamma,gamma.  Where a limit of travel or the reach of a chain cuts the hill, it stays there, where
+the room m vanishes: d gamma / dx = -m_x / m_gamma.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from trivet.design.fields.margins import travel
+from trivet.design.fields.margins import room
 from trivet.design.looked import Looked, Stand
 from trivet.design.rolls import turns
 from trivet.space.frame import Angle
@@ -25,7 +25,7 @@ from trivet.space.scalar import Scalar
 Array = NDArray[Any]
 
 BEYOND = 1e-5
-"""rad uphill from the best roll: where a limit cuts the hill, that is outside of the travel."""
+"""rad uphill from the best roll: where a limit cuts the hill, no chain can stand there."""
 APART = 1e-4
 """rad on either side of a roll, at which slopes are compared for second derivatives: these are true to some 1e-8."""
 STEEPEST = 1e3
@@ -41,7 +41,7 @@ class Held(NamedTuple):
     turn: Array
     """(n, d) how it follows, rad per unit of each variable."""
     freest: Array
-    """(n,) the roll with the greatest margin of travel, rad."""
+    """(n,) the roll with the most room, rad."""
     point: Array
     """(n,) which check points are looked at: those that are reached; the first of them again in the place of others."""
     reached: Array
@@ -53,7 +53,7 @@ class Held(NamedTuple):
         return stand.at_rolls(_angle(roll), self.reached).parts(self.point)
 
     def freely(self, stand: Stand) -> Looked:
-        """The same at the rolls with the greatest margins."""
+        """The same at the rolls with the most room."""
         return stand.at_rolls(_angle(self.freest), self.reached).parts(self.point)
 
 
@@ -84,15 +84,15 @@ class Follower:
 
 
 def _chosen(stand: Callable[[Any], Stand], design: Any) -> Any:
-    """The best roll at every check point (n,), whether any is reached, and the one with the greatest margin of travel."""
+    """The best roll at every check point (n,), whether any is reached, and the one with the most room."""
     own = stand(design)
     roll, reached = own.roll
     every = jax.tree.map(jnp.asarray, turns(own.points.rolls, own.points.symmetry))
 
-    def margin(roll: Angle) -> Any:
-        return travel(own.at_rolls(jax.tree.map(lambda c: jnp.broadcast_to(c, reached.shape), roll), reached))
+    def left(roll: Angle) -> Any:
+        return room(own.at_rolls(jax.tree.map(lambda c: jnp.broadcast_to(c, reached.shape), roll), reached))
 
-    freest = jnp.argmax(jax.lax.map(margin, every), axis=0)
+    freest = jnp.argmax(jax.lax.map(left, every), axis=0)
     return jnp.arctan2(roll.sin, roll.cos), reached, jnp.arctan2(every.sin, every.cos)[freest]
 
 
@@ -103,10 +103,10 @@ def _turns(stand: Callable[[Any], Stand], design: Any, roll: Any) -> Any:
     def both(design: Any, roll: Any) -> tuple[Any, Any]:
         own = stand(design)
         looked = own.at_rolls(_angle(roll), everywhere)
-        return own.points.objective(looked.stiffness), travel(looked)
+        return own.points.objective(looked.stiffness), room(looked)
 
     def slopes(roll: Any) -> tuple[Any, Any]:
-        """Of objective and margin: along the roll (n,), and by the variables (n, d)."""
+        """Of objective and room: along the roll (n,), and by the variables (n, d)."""
         return jax.jvp(partial(both, design), (roll,), (jnp.ones_like(roll),))[1], jax.jacfwd(both)(design, roll)
 
     # Differences of slopes: second derivatives of all that a machine is take minutes to compile.

@@ -108,7 +108,7 @@ class MachineProblem:
         if own.asked.name == REACHED:
             assert isinstance(own, Limit)
             share = own.sign * (held.reached.mean() - own.bound)
-            return jnp.concatenate([-margins.travel(held.freely(stand)), jnp.where(share > 0, share, -1.0)[None]])
+            return jnp.concatenate([-margins.room(held.freely(stand)), jnp.where(share > 0, share, -1.0)[None]])
         values = jnp.atleast_1d(_parts(own.asked, stand, design, held))
         return own.of(values)
 

@@ -128,3 +128,12 @@ def margin(leg: Leg, posture: Posture, pose: Frame) -> Scalar:
     for gauge in gauges(leg, posture, pose):
         least = jnp.minimum(least, gauge.margin)
     return jnp.where(posture.reach >= 0, least, -jnp.inf)
+
+
+def room(leg: Leg, posture: Posture, pose: Frame, length: Scalar) -> Scalar:
+    """How far a chain is from where it cannot stand: the least of `margin` and of its reach by the square of a length (m).
+
+    0 where the chain is stretched, below zero where it does not close; unlike the margin it has slopes on both sides.
+    """
+    left = posture.reach / (length * length)
+    return jnp.where(posture.reach >= 0, jnp.minimum(margin(leg, posture, pose), left), left)

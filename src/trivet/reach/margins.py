@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from trivet.kinematics.alike import alike
 from trivet.kinematics.jacobian import arm_of, chain_rows, require_six_each
-from trivet.kinematics.travel import margin
+from trivet.kinematics.travel import margin, room
 from trivet.model import Machine
 from trivet.reach.meshes import distances as distances_of_solids
 from trivet.reach.scene import FAR, Ball, Scene, distances, placed
@@ -136,7 +136,18 @@ def _over(kernel: Callable[[Frame, Any], Any], poses: Frame, signs: Any) -> Any:
 @jax.jit
 def margins(legs: Any, poses: Frame, signs: Scalar) -> Scalar:
     """`travel_margin` of legs without names, a kernel."""
-    found = [jnp.min(margin(group.leg, group.stand(poses, signs), poses), axis=0) for group in alike(legs)]
+    return _least(margin, legs, poses, signs)
+
+
+@jax.jit
+def rooms(legs: Any, length: Scalar, poses: Frame, signs: Scalar) -> Scalar:
+    """The least `kinematics.travel.room` (n,) of legs without names, a kernel; `length` is the characteristic one."""
+    return _least(partial(room, length=length), legs, poses, signs)
+
+
+def _least(of: Callable[..., Scalar], legs: Any, poses: Frame, signs: Scalar) -> Scalar:
+    """Of all chains."""
+    found = [jnp.min(of(group.leg, group.stand(poses, signs), poses), axis=0) for group in alike(legs)]
     least = jnp.min(jnp.stack(found), axis=0)
     return jnp.where(jnp.isnan(least), -jnp.inf, least)
 

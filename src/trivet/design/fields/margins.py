@@ -27,15 +27,19 @@ def read(name: str) -> Field | None:
     value of J_x, `reach.margins.Control`; the clearance the distance of the nearest bodies that must not touch.
     """
     fields = {
-        TRAVEL: Field(TRAVEL, _PART, travel),
+        TRAVEL: Field(TRAVEL, _PART, _travel),
         CLEARANCE: Field(CLEARANCE, _DISTANCE, _clearance, _require_plain, _no_pairs),
         SINGULARITY: Field(SINGULARITY, _SIGMA, _singularity, require_six_each),
     }
     return fields.get(name)
 
 
-def travel(looked: Looked) -> Scalar:
-    """The least margin of all joints at poses (n,)."""
+def room(looked: Looked) -> Scalar:
+    """How far all chains are from where they cannot stand, at poses (n,): `kinematics.travel.room`."""
+    return margins.rooms(looked.machine.legs_unnamed, looked.machine.characteristic_length, looked.poses, looked.signs)
+
+
+def _travel(looked: Looked) -> Scalar:
     return margins.margins(looked.machine.legs_unnamed, looked.poses, looked.signs)
 
 
