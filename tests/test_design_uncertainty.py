@@ -104,6 +104,7 @@ def test_as_described_is_the_machine_itself() -> None:
     for tube, place in ((tubes, 2), (GivenVariable(of=TUBE.of, name="tube", choices=tubes.choices[:2]), 0)):
         found = first_order(unknown(["mass"], [low, tube]), 0)
         np.testing.assert_array_equal(found.design, [0.216, place])
+        assert [one.name for one in unknown(["mass"], [low, tube]).replaced(0)] == (["tube"] if place == 0 else [])
     study = unknown(["mass", "home frequency"], [low, tubes])
     alone = first_order(study, 0)
     assert alone.value[0] == pytest.approx(carried("azulay"), rel=1e-12)

@@ -75,6 +75,9 @@ class Toy:
     def model(self, design: Array) -> Rows:
         return Rows(self._owner, self._rows, self._slopes)
 
+    def missed(self, constraint: int, value: float) -> str:
+        return f"'{self.constraints[constraint]}' by {value:.3g}"
+
 
 def zdt1(variables: int = 8) -> Toy:
     """Front: f2 = 1 - sqrt(f1), all variables but the first zero (E. Zitzler, K. Deb and L. Thiele, 2000)."""

@@ -11,6 +11,7 @@ import typer
 
 from trivet.cli import options as o
 from trivet.cli import output
+from trivet.errors import TrivetError
 
 if TYPE_CHECKING:
     from trivet.measure.machine.setup import Setup
@@ -288,9 +289,16 @@ class Output:
             output.print_parts(view.tables(result, *more), wrapped=wrapped)
 
     def give(self, result: Any, view: Any, *more: Any, wrapped: bool = False) -> None:
-        """Draw a result and print it, in this order: who reads may stop reading."""
-        output.draw(result, self.figure or [], self.overwrite, self.as_json)
+        """Draw a result and print it, in this order: who reads may stop reading.  A file that fails costs no numbers."""
+        try:
+            self._write(result)
+        except TrivetError:
+            self.say(result, view, *more, wrapped=wrapped)
+            raise
         self.say(result, view, *more, wrapped=wrapped)
+
+    def _write(self, result: Any) -> None:
+        output.draw(result, self.figure or [], self.overwrite, self.as_json)
 
 
 @dataclass(frozen=True)
@@ -306,8 +314,7 @@ class DataOutput(Output):
         """Where the rest goes."""
         return Output(self.figure, self.overwrite, self.as_json)
 
-    def give(self, result: Any, view: Any, *more: Any, wrapped: bool = False) -> None:
-        output.draw(result, self.figure or [], self.overwrite, self.as_json)
+    def _write(self, result: Any) -> None:
+        super()._write(result)
         if self.data is not None:
             output.save(result, self.data, self.overwrite)
-        self.say(result, view, *more, wrapped=wrapped)

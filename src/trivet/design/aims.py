@@ -61,6 +61,11 @@ class Limit:
         """What is much of it."""
         return 1.0 if not self.asked.kind.si or self.bound == 0 else abs(self.bound)
 
+    def missed(self, by: float) -> str:
+        """In words, with the value that is `by` from kept, as `of` gives it."""
+        value = self.bound + self.sign * by * self.size
+        return f"'{self.words}', at {self.asked.kind.told(value)}"
+
     def of(self, value: Scalar) -> Scalar:
         """How far it is from kept, of a value of the quantity (SI): above zero where it is not, about 1 is far."""
         return self.sign * (value - self.bound) / self.size

@@ -34,6 +34,9 @@ class Law(Protocol):
     def deviation(self) -> float:
         """Standard deviation, SI."""
 
+    def deviation_at(self, value: float) -> float:
+        """The deviation that goes with a slope at a value: of what spans decades, that of its logarithm times the value."""
+
     def values(self, points: Array) -> Array:
         """Quantiles (n,) at points (n,) of the unit interval."""
 
@@ -52,6 +55,9 @@ class Uniform:
     @property
     def deviation(self) -> float:
         return (self.high - self.low) / math.sqrt(12)
+
+    def deviation_at(self, value: float) -> float:
+        return self.deviation
 
     def values(self, points: Array) -> Array:
         # Of both ends, so that neither is missed by rounding.
@@ -77,6 +83,10 @@ class LogUniform:
         mean = (self.high - self.low) / width
         return math.sqrt(max((self.high**2 - self.low**2) / (2 * width) - mean**2, 0.0))
 
+    def deviation_at(self, value: float) -> float:
+        # A straight line in the logarithm tells more than one in the value.
+        return value * math.log(self.high / self.low) / math.sqrt(12)
+
     def values(self, points: Array) -> Array:
         found: Array = np.exp(math.log(self.low) * (1 - points) + math.log(self.high) * points)
         return np.clip(found, self.low, self.high)
@@ -96,6 +106,9 @@ class Normal:
     @property
     def high(self) -> float:
         return float(self.values(np.ones(1))[0])
+
+    def deviation_at(self, value: float) -> float:
+        return self.deviation
 
     def values(self, points: Array) -> Array:
         from scipy.special import ndtri
@@ -124,6 +137,9 @@ class Choices:
     @property
     def deviation(self) -> float:
         return math.sqrt((self.count**2 - 1) / 12)
+
+    def deviation_at(self, value: float) -> float:
+        return self.deviation
 
     def values(self, points: Array) -> Array:
         found: Array = np.minimum(np.floor(points * self.count), self.count - 1)

@@ -67,6 +67,10 @@ class MachineProblem:
         """About a design (d,)."""
         return MachineModel(self, np.asarray(design, dtype=float))
 
+    def missed(self, constraint: int, value: float) -> str:
+        """Words for a limit that is not kept, and what is reached instead."""
+        return self.aims.limits[constraint].missed(value)
+
     @cached_property
     def follower(self) -> Follower:
         """How rolls follow designs."""

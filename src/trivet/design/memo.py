@@ -202,3 +202,43 @@ def _opened(descriptor: int, name: str, fingerprint: str, told: Callable[[int], 
     if cut:
         told(cut)
     return memo
+
+
+class Part(MutableMapping[bytes, Array]):
+    """The part of what is known that is one machine's."""
+
+    def __init__(self, memo: MutableMapping[bytes, Array], prefix: bytes) -> None:
+        self._memo, self._prefix = memo, prefix
+
+    def __getitem__(self, key: bytes) -> Array:
+        return self._memo[self._prefix + key]
+
+    def __contains__(self, key: object) -> bool:
+        return isinstance(key, bytes) and self._prefix + key in self._memo
+
+    def __setitem__(self, key: bytes, values: Array) -> None:
+        self._memo.update({self._prefix + key: values})
+
+    def update(self, *others: Any, **_: Any) -> None:
+        """Take in what is new, with one writing."""
+        for other in others:
+            items = other.items() if isinstance(other, Mapping) else other
+            self._memo.update({self._prefix + key: values for key, values in items})
+
+    def __delitem__(self, key: bytes) -> None:
+        del self._memo[self._prefix + key]
+
+    def __iter__(self) -> Iterator[bytes]:
+        return (key.removeprefix(self._prefix) for key in self._memo if key.startswith(self._prefix))
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+
+def remembered(memo: MutableMapping[bytes, Array], kind: bytes, designs: Array, work_out: Callable[[Array], Array]) -> Array:
+    """Rows (n, k) of designs (n, d) of a kind that `work_out` gives; it is asked for those that are not known."""
+    keys = [kind + np.ascontiguousarray(design, dtype=float).tobytes() for design in designs]
+    new = [k for k, key in enumerate(keys) if key not in memo]
+    if new:
+        memo.update(dict(zip((keys[k] for k in new), work_out(designs[new]), strict=True)))
+    return np.array([memo[key] for key in keys])

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, MutableMapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from trivet.design.front.front import HELD, Bound, Front
 from trivet.design.front.polisher import Polishing
 from trivet.design.front.search import searched
 from trivet.design.machine_problem import MachineProblem
-from trivet.design.memo import kept
+from trivet.design.memo import Part, kept, remembered
 from trivet.design.study import Study
 from trivet.errors import InputError, NoResultError
 from trivet.model import Machine
@@ -108,112 +108,104 @@ def optimise(
     asked, aims = aims_of(study)
     given = asked.given.optimise
     evolution = Evolution(given.evaluations, population=given.population, seed=given.seed)
-    fronts: dict[int, Front] = {}
+    found: list[_Found] = []
     missing: list[str] = []
     # How long designs evolve, and from which seed, changes no value: a run may be made longer.
     with kept(store, asked.fingerprint([own.words for own in aims.all]), damaged) as memo:
         for place, name in enumerate(asked.names):
             problem = MachineProblem(asked, place, aims)
-            own = _Prefixed(memo, f"{place}:".encode())
+            own = Part(memo, f"{place}:".encode())
             start = np.clip(asked.described_of(place), problem.low, problem.high)[None]
             try:
                 aims.require(asked.machines[place])
-                fronts[place] = searched(
-                    problem, evolution, Polishing(points, seconds), own, start, partial(_told, progress, name)
-                )
+                tell = partial(_told, progress, name)
+                found.append(_Found(problem, own, searched(problem, evolution, Polishing(points, seconds), own, start, tell)))
             except NoResultError as error:
                 missing.append(f"{name}: {error}")
-    if not fronts:
-        raise NoResultError("; ".join(missing))
-    return _together(asked, aims, fronts, tuple(missing))
+        if not found:
+            raise NoResultError("; ".join(missing))
+        return _together(asked, aims, found, tuple(missing))
 
 
 def _told(progress: Progress, name: str, step: Step) -> None:
     progress(name, step.stage, step.done, step.of, len(step.archive.best[0]))
 
 
-class _Prefixed(MutableMapping[bytes, Array]):
-    """The part of a memo that is one machine's."""
+class _Found(NamedTuple):
+    """The front of one of the machines, and what is known of its designs."""
 
-    def __init__(self, memo: MutableMapping[bytes, Array], prefix: bytes) -> None:
-        self._memo, self._prefix = memo, prefix
-
-    def __getitem__(self, key: bytes) -> Array:
-        return self._memo[self._prefix + key]
-
-    def __contains__(self, key: object) -> bool:
-        return isinstance(key, bytes) and self._prefix + key in self._memo
-
-    def __setitem__(self, key: bytes, values: Array) -> None:
-        self._memo.update({self._prefix + key: values})
-
-    def update(self, *others: Any, **_: Any) -> None:
-        """Take in what is new, with one writing."""
-        for other in others:
-            items = other.items() if hasattr(other, "items") else other
-            self._memo.update({self._prefix + key: values for key, values in items})
-
-    def __delitem__(self, key: bytes) -> None:
-        del self._memo[self._prefix + key]
-
-    def __iter__(self) -> Any:
-        return (key.removeprefix(self._prefix) for key in self._memo if key.startswith(self._prefix))
-
-    def __len__(self) -> int:
-        return sum(1 for _ in self)
+    problem: MachineProblem
+    memo: MutableMapping[bytes, Array]
+    front: Front
 
 
-def _together(study: Study, aims: Aims, fronts: dict[int, Front], missing: tuple[str, ...]) -> Optimisation:
-    members = [one for place, front in fronts.items() for one in _members(study, aims, place, front)]
-    beside = [one for place, front in fronts.items() for one in _alternatives(study, place, front)]
+def _together(study: Study, aims: Aims, found: list[_Found], missing: tuple[str, ...]) -> Optimisation:
+    members = [one for own in found for one in _members(own)]
+    beside = [one for own in found for one in _alternatives(own)]
     whole = Optimisation(study, aims, tuple(members), tuple(beside), missing)
     best = is_best(whole.objectives(whole.members))
     kept_members = [one for one, is_on in zip(members, best, strict=True) if is_on]
     others = [one for one, is_on in zip(members, best, strict=True) if not is_on]
-    again = [one for place in fronts for one in _again(study, place, [m for m in kept_members if m.place == place])]
+    again = [one for own in found for one in _again(own, [m for m in kept_members if m.place == own.problem.place])]
     order = np.argsort(whole.objectives(tuple(again))[:, 0], kind="stable")
     return Optimisation(study, aims, tuple(again[k] for k in order), (*others, *beside), missing)
 
 
-def _members(study: Study, aims: Aims, place: int, front: Front) -> list[Member]:
-    problem = MachineProblem(study, place, aims)
-    active = [_active(problem, design) for design in front.designs]
-    values = _values(study, place, front.designs)
-    bounds = [_ends(study, place, own) for own in front.bounds]
-    rows = zip(front.designs, values, front.is_polished.tolist(), active, bounds, strict=True)
-    return [Member(place, *row, np.zeros(0), np.nan) for row in rows]
+def _members(found: _Found) -> list[Member]:
+    problem, front = found.problem, found.front
+    greatest = remembered(found.memo, b"rows", front.designs, partial(_greatest, problem))
+    bounds = [_ends(problem, own) for own in front.bounds]
+    parts = zip(front.designs, _values(found, front.designs), front.is_polished.tolist(), greatest, bounds, strict=True)
+    none = np.zeros(0)
+    return [
+        Member(problem.place, design, values, is_polished, _active(problem, rows), ends, none, np.nan)
+        for design, values, is_polished, rows, ends in parts
+    ]
 
 
-def _ends(study: Study, place: int, bounds: tuple[Bound, ...]) -> tuple[str, ...]:
+def _ends(problem: MachineProblem, bounds: tuple[Bound, ...]) -> tuple[str, ...]:
     """In words; those of variables that a machine has no number of hold nothing."""
-    has = {variable.name for variable in study.variables if variable.acts_on(place)}
+    has = {variable.name for variable in problem.study.variables if variable.acts_on(problem.place)}
     return tuple(f"{one.variable} at its {'greatest' if one.is_high else 'least'}" for one in bounds if one.variable in has)
 
 
-def _active(problem: MachineProblem, design: Array) -> tuple[str, ...]:
-    """Limits that hold a design: by its model, which knows how near a check point is to being out of reach."""
-    model = problem.model(design)
-    greatest = np.full(len(problem.aims.all), -np.inf)
-    np.maximum.at(greatest, model.owner, model.rows(design))
+def _greatest(problem: MachineProblem, designs: Array) -> Array:
+    """(n, m + k) objectives and limits by the model, which knows how near a check point is to being out of reach."""
+    found = np.full((len(designs), len(problem.aims.all)), -np.inf)
+    for own, design in zip(found, designs, strict=True):
+        model = problem.model(design)
+        np.maximum.at(own, model.owner, model.rows(design))
+    return found
+
+
+def _active(problem: MachineProblem, greatest: Array) -> tuple[str, ...]:
+    """Limits that hold a design."""
     own = greatest[len(problem.aims.goals) :]
     return tuple(limit.words for limit, row in zip(problem.aims.limits, own, strict=True) if row >= -HELD)
 
 
-def _alternatives(study: Study, place: int, front: Front) -> list[Member]:
-    if not len(front.alternatives):
+def _alternatives(found: _Found) -> list[Member]:
+    designs = found.front.alternatives
+    if not len(designs):
         return []
-    rows = zip(front.alternatives, _values(study, place, front.alternatives), strict=True)
-    return [Member(place, *row, False, (), (), np.zeros(0), np.nan) for row in rows]
+    rows = zip(designs, _values(found, designs), strict=True)
+    return [Member(found.problem.place, *row, False, (), (), np.zeros(0), np.nan) for row in rows]
 
 
-def _values(study: Study, place: int, designs: Array) -> Array:
-    return Evaluation(study.of(place).climbing())(designs).values
+def _values(found: _Found, designs: Array) -> Array:
+    problem = found.problem
+    return remembered(found.memo, b"values", designs, lambda new: Evaluation(problem.single)(new).values)
 
 
-def _again(study: Study, place: int, members: list[Member]) -> list[Member]:
+def _again(found: _Found, members: list[Member]) -> list[Member]:
     """Members of one of the machines, with what other ways say of them."""
     if not members:
         return []
-    found = checked(study, place, np.array([one.design for one in members]))
-    rows = zip(members, found.values, found.structural.tolist(), strict=True)
-    return [one._replace(again=values, structural=structural) for one, values, structural in rows]
+    problem = found.problem
+
+    def work_out(designs: Array) -> Array:
+        looked = checked(problem.study, problem.place, designs)
+        return np.column_stack([looked.values, looked.structural])
+
+    rows = remembered(found.memo, b"again", np.array([one.design for one in members]), work_out)
+    return [one._replace(again=row[:-1], structural=float(row[-1])) for one, row in zip(members, rows, strict=True)]

@@ -5,7 +5,6 @@ By JAX, with best rolls that follow (`following.py`); what only a study of its o
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any, NamedTuple
@@ -17,7 +16,6 @@ from numpy.typing import NDArray
 
 from trivet.design.evaluation import Evaluation
 from trivet.design.following import Follower, Held, nowhere
-from trivet.design.laws import Law, LogUniform, Uniform
 from trivet.design.looked import Stand
 from trivet.design.machine_problem import STEP, standing
 from trivet.design.quantities import HOME, REACHED, Quantity, reduced
@@ -113,14 +111,9 @@ def first_order(study: Study, place: int, told: Callable[[], None] = lambda: Non
     if own.studied:
         slope[list(own.studied)] = _by_differences(single, own.studied.values(), design, told)
     is_discrete = np.array([variable.is_discrete for variable in single.variables])
-    deviation = np.array([_deviation(variable.law, own) for variable, own in zip(single.variables, design, strict=True)])
+    deviation = np.array([variable.law.deviation_at(own) for variable, own in zip(single.variables, design, strict=True)])
     slope[:, is_discrete] = np.nan
     return FirstOrder(design, value, slope, np.where(is_discrete, np.nan, deviation))
-
-
-def _deviation(law: Law, value: float) -> float:
-    """Of what spans decades a straight line in the logarithm tells more than one in the value."""
-    return value * Uniform(math.log(law.low), math.log(law.high)).deviation if isinstance(law, LogUniform) else law.deviation
 
 
 def _by_jax(single: Study, design: Array, asked: _Asked, told: Callable[[], None]) -> tuple[Array, Array]:

@@ -6,7 +6,7 @@ import dataclasses
 import hashlib
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -98,8 +98,6 @@ class Study:
             InputError: for a quantity that is not known, or that no machine has.
         """
         asked = tuple(quantity(name) for name in dict.fromkeys(" ".join(name.split()) for name in names))
-        if not asked:
-            raise InputError('quantities: none; say what is asked of every design, as in quantities = ["mean K_xx", "mass"]')
         for own in asked:
             require(own, self.machines)
         points = any(own.is_over_points for own in asked)
@@ -111,6 +109,11 @@ class Study:
             if variable.name in taken:
                 raise InputError(f"variables: '{variable.name}' is the name of a quantity; give the variable another name")
         return made
+
+    def require_quantities(self) -> None:
+        """Raise InputError where nothing is asked of designs."""
+        if not self.quantities:
+            raise InputError('quantities: none; say what is asked of every design, as in quantities = ["mean K_xx", "mass"]')
 
     def of(self, place: int) -> Study:
         """The study of one of its machines alone; variables that it has no number of do nothing."""
@@ -134,10 +137,22 @@ class Study:
 
         The middle where it has no such number, or where it is none of the choices.
         """
+        own = self._own(place)
+        return np.array(
+            [variable.law.middle if value is None else value for variable, value in zip(self.variables, own, strict=True)]
+        )
+
+    def replaced(self, place: int) -> list[Variable]:
+        """Variables none of whose choices is a machine's own: `described_of` has another one in its place."""
+        own = zip(self.variables, self._own(place), strict=True)
+        return [variable for variable, value in own if value is None and variable.acts_on(place)]
+
+    def _own(self, place: int) -> list[float | None]:
+        """The value of each variable in a machine; None where it has no such number, or none of the choices."""
         import jax
 
         numbers = jax.tree.leaves(self.subjects[place].machine)
-        return np.array([_described(variable, variable.actions[place], numbers) for variable in self.variables])
+        return [_own(variable, variable.actions[place], numbers) for variable in self.variables]
 
     @cached_property
     def packed(self) -> str:
@@ -155,19 +170,23 @@ class Study:
         return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _described(variable: Variable, action: Action | None, numbers: Sequence[float]) -> float:
+def _own(variable: Variable, action: Action | None, numbers: Sequence[float]) -> float | None:
     """The value of a variable in a machine with these numbers."""
     if action is None:
-        return variable.law.middle
+        return None
     own = [1.0 if action.is_factor else float(numbers[leaf]) for leaf in action.leaves]
     if not variable.is_discrete:
         return own[0]
     same = (float(k) for k, choice in enumerate(variable.choices) if np.allclose(choice, own, rtol=1e-9, atol=0))
-    return next(same, variable.law.middle)
+    return next(same, None)
 
 
-def read_study(path: str | os.PathLike[str]) -> Study:
+def read_study(path: str | os.PathLike[str], needing: Callable[[Study], Any] = lambda study: None) -> Study:
     """Read a study file and look up what it names.
+
+    Args:
+        path: the file.
+        needing: called with the study; what it raises as an InputError is told of the file.
 
     Raises:
         InputError: with the file, the key, the value and what was expected.
@@ -177,7 +196,9 @@ def read_study(path: str | os.PathLike[str]) -> Study:
     folder = os.path.dirname(name)
     try:
         machines, guides = ([choose(_beside(folder, name)) for name in names] for names in (given.machines, given.guides))
-        return study_of(given, pairs(machines, guides) if guides else machines)
+        study = study_of(given, pairs(machines, guides) if guides else machines)
+        needing(study)
+        return study
     except InputError as error:
         text = str(error)
         raise InputError(text if text.startswith(f"{name}: ") else f"{name}: {text}") from None
@@ -202,7 +223,7 @@ def study_of(given: StudyFile, machines: Sequence[Machine]) -> Study:
     subjects = tuple(_subject(machine, poses.mode, points) for machine in machines)
     load = Load(given.load.force, given.load.moment, given.load.gravity)
     made = Study(given, subjects, variables_of(given.variables, machines), load, ())
-    return made.asking(given.quantities) if given.quantities else made
+    return made.asking(given.quantities)
 
 
 def _subject(machine: Machine, mode: str | None, points: Points) -> Subject:

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, StrictFloat, StrictInt, StrictStr
 
+from trivet.design.sampling import Method
 from trivet.model.checked import read_checked
 from trivet.model.quantity import Length, PositiveLength, Quantity
 from trivet.model.section import STRICT
@@ -91,7 +92,7 @@ class GivenSweep:
 
     __pydantic_config__ = STRICT
 
-    method: Literal["grid", "latin-hypercube", "sobol", "random"] = "sobol"
+    method: Method = "sobol"
     """How designs are drawn."""
     count: Count | None = None
     """Number of designs, which all methods need but grid: there it follows from the steps of the variables."""

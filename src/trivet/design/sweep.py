@@ -150,6 +150,12 @@ def drawn(study: Study, drawing: Sampling, start: int, stop: int) -> Array:
     return np.column_stack([variable.law.values(points[:, k]) for k, variable in enumerate(study.variables)])
 
 
+def check(study: Study) -> None:
+    """Raise InputError for a study without what a sweep needs: quantities, and how designs are drawn."""
+    study.require_quantities()
+    sampling_of(study)
+
+
 def sampling_of(study: Study) -> Sampling:
     """How a study's sweep draws its designs.
 
@@ -224,16 +230,16 @@ def sweep(
         InputError: for a study without quantities, a store of another study, or one that cannot be written.
         NoResultError: when the scheduler or all workers are lost.
     """
-    asked = study.asking([own.name for own in study.quantities])
-    drawing = sampling_of(asked) if drawing is None else drawing
-    chunk = chunk_of(asked, drawing.count)
-    layout = layout_of(asked, drawing, chunk)
+    study.require_quantities()
+    drawing = sampling_of(study) if drawing is None else drawing
+    chunk = chunk_of(study, drawing.count)
+    layout = layout_of(study, drawing, chunk)
 
     def told(done: int, total: int, remaining: float | None) -> None:
         progress(min(done * chunk, drawing.count), drawing.count, remaining)
 
     with open_store(store, layout) as opened:
         outcome = run_chunks(
-            opened, SweepTask(asked.packed, drawing, chunk), workers=workers, scheduler=scheduler, progress=told
+            opened, SweepTask(study.packed, drawing, chunk), workers=workers, scheduler=scheduler, progress=told
         )
-    return Sweep(asked, read(store)), outcome
+    return Sweep(study, read(store)), outcome

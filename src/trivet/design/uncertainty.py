@@ -136,25 +136,30 @@ def sensitivity(
     Args:
         study: with quantities; `sensitivity.count` of it says how many base samples.
         store: folder of the samples, made or gone on with, as of `sweep`; so are the arguments that are not told here.
-        first: called while slopes are worked out, before the samples: with the machine, how many parts are done, of how many.
+        first: called while slopes are worked out, after the samples: with the machine, how many parts are done, of how many.
 
     Raises:
         InputError: for a study without quantities, variables of which none varies, or as of `sweep`.
         NoResultError: where most samples lack every quantity, or as of `sweep`.
     """
-    given, asked = study.given.sensitivity, study.asking([own.name for own in study.quantities])
-    if not any(variable.law.deviation > 0 for variable in asked.variables):
-        raise InputError("variables: none of them varies; give one a range, a deviation or a second choice")
-    drawing = Saltelli(given.count, len(asked.variables), given.seed)
-    slopes = _first_orders(asked, first)
-    swept, outcome = sweep(asked, store, drawing=drawing, workers=workers, scheduler=scheduler, progress=progress)
-    found = Uncertainty(swept, drawing, slopes)
+    check(study)
+    given = study.given.sensitivity
+    drawing = Saltelli(given.count, len(study.variables), given.seed)
+    swept, outcome = sweep(study, store, drawing=drawing, workers=workers, scheduler=scheduler, progress=progress)
+    found = Uncertainty(swept, drawing, _first_orders(study, first))
     most = max(spread.samples for spread in found.spreads)
     if most * 2 < found.samples and not outcome.failures:
         raise NoResultError(
             f"of {found.samples:,} samples {most:,} at most have a quantity; ranges reach too far beyond what the machines can"
         )
     return found, outcome
+
+
+def check(study: Study) -> None:
+    """Raise InputError for a study without what sensitivity needs: quantities, and variables that vary."""
+    study.require_quantities()
+    if not any(variable.law.deviation > 0 for variable in study.variables):
+        raise InputError("variables: none of them varies; give one a range, a deviation or a second choice")
 
 
 def _first_orders(study: Study, told: Callable[[str, int, int], None]) -> tuple[FirstOrder, ...]:

@@ -115,6 +115,10 @@ def _notes(result: Uncertainty) -> Iterator[str]:
     names = [one.name for one in result.study.variables if one.is_discrete]
     if names:
         yield f"to first order there is nothing of choices: {', '.join(names)}"
+    for place, machine in enumerate(result.short_names):
+        for one in result.study.replaced(place):
+            choice = one.written(result.first[place].design[result.study.variables.index(one)])
+            yield f"{machine} as described has {one.name} {choice} here: its own is none of the choices"
     for name, one in zip(result.column_names, result.indices, strict=True):
         if one.left_out:
             rest = (

@@ -37,12 +37,13 @@ def run(
     """Seek the best designs of machines, as a study file says: a front by evolution, polished by slopes."""
     from pathlib import Path
 
+    from trivet.design.aims import aims_of
     from trivet.design.optimisation import optimise
     from trivet.design.study import read_study
     from trivet.design.writing import write_machines
     from trivet.views import optimisation as view
 
-    asked = read_study(study)
+    asked = read_study(study, aims_of)
     seconds = o.quantity("--polish", polish, "time", "s", positive=True)
     out.check()
     if machines is not None:

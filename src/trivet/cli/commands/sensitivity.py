@@ -30,11 +30,11 @@ def run(
     from pathlib import Path
 
     from trivet.design.study import read_study
-    from trivet.design.uncertainty import sensitivity
+    from trivet.design.uncertainty import check, sensitivity
     from trivet.errors import NoResultError
     from trivet.views import uncertainty as view
 
-    asked = read_study(study)
+    asked = read_study(study, check)
     out.check()
     folder = store if store is not None else f"{Path(study).stem}.sensitivity.zarr"
     with output.goes_on(folder), output.remaining(out.as_json, "designs") as advance:

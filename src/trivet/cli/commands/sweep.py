@@ -17,11 +17,11 @@ def run(
 ) -> None:
     """Work out quantities of many designs of machines, as a study file asks for; goes on where it was interrupted."""
     from trivet.design.study import read_study
-    from trivet.design.sweep import sweep
+    from trivet.design.sweep import check, sweep
     from trivet.errors import NoResultError
     from trivet.views import sweep as view
 
-    asked = read_study(study)
+    asked = read_study(study, check)
     out.check()
     folder = o.store_of(study, store)
     with output.goes_on(folder), output.remaining(out.as_json, "designs") as advance:

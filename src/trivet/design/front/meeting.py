@@ -25,10 +25,9 @@ def met(polisher: Polisher) -> None:
     if not len(archive.nearest[0]):
         raise NoResultError(f"none of the {archive.seen} designs tried has a value; move or widen the ranges of the variables")
     constraints = archive.nearest[1][0]
-    worst = [name for name, value in zip(problem.constraints, constraints, strict=True) if value >= ALIKE * constraints.max()]
-    named, one = " and ".join(f"'{name}'" for name in worst), len(worst) == 1
+    worst = [problem.missed(k, value) for k, value in enumerate(constraints) if value >= ALIKE * constraints.max()]
     raise NoResultError(
-        f"no design meets all constraints: at best {named} {'is' if one else 'are'} missed by {constraints.max():.3g} "
-        f"(met is 0, far away 1), with {len(archive.nearest[0])} of {archive.seen} designs followed by slopes; "
-        f"relax {'it' if one else 'one of them'} or widen the ranges of the variables"
+        f"no design meets all constraints: the one that comes nearest misses {' and '.join(worst)}, "
+        f"with {len(archive.nearest[0])} of {archive.seen} designs followed by slopes; "
+        f"relax {'it' if len(worst) == 1 else 'one of them'} or widen the ranges of the variables"
     )

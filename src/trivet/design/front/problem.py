@@ -85,6 +85,9 @@ class Problem(Protocol):
     def model(self, design: Array) -> Model:
         """About a design (d,)."""
 
+    def missed(self, constraint: int, value: float) -> str:
+        """Words for a constraint that is missed, and by how much; `value` as in `Values.constraints`."""
+
 
 @dataclass
 class Asked:
