@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from trivet.cli import output
+from trivet.errors import InputError
 from trivet.model import catalogue
 
 COMMAND = [sys.executable, "-m", "trivet"]
@@ -220,6 +222,21 @@ def test_files_are_not_overwritten_unasked(trivet: Any, tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(os.geteuid() == 0 and not Path("/proc").exists(), reason="needs a folder that nobody can write")
+def test_a_file_that_fails_costs_no_numbers(trivet: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where the disk is full at the end only."""
+
+    def fail(*_: Any) -> None:
+        raise InputError("no room")
+
+    plain = trivet("map", "azulay", "--steps", "2", "--rolls", "36", "--json")[1]
+    for name, options in (("draw", ("--figure", "a.png")), ("save", ("--data", "a.nc"))):
+        with monkeypatch.context() as patch:
+            patch.setattr(output, name, fail)
+            code, out, err = trivet("map", "azulay", "--steps", "2", "--rolls", "36", "--json", *options)
+        assert (code, err.strip()) == (2, "trivet: no room")
+        assert out == plain
+
+
 def test_an_unwritable_folder_is_told_before_the_work(trivet: Any) -> None:
     start = time.monotonic()
     code, _, err = trivet("map", "azulay", "--steps", "300", "--data", "/proc/a.nc")

@@ -305,9 +305,7 @@ def test_progress_is_told_of_both_stages_and_grows_in_each():
 def test_contradictory_constraints_are_both_named():
     toy = Toy(lambda x: ((x[0],), (x[1],), (x[0] - 0.3,), (0.5 - x[0],), (x[1] - 2,)), [0, 0], [1, 1],
               constraints=("short", "long", "tall"))  # fmt: skip
-    with pytest.raises(
-        NoResultError, match=r"misses 'short' by 0\.1 and 'long' by 0\.1, .*relax one of them"
-    ) as caught:
+    with pytest.raises(NoResultError, match=r"misses 'short' by 0\.1 and 'long' by 0\.1, .*relax one of them") as caught:
         searched(toy, few(300), Polishing())
     assert "tall" not in str(caught.value)
 

@@ -16,6 +16,7 @@ import tomli_w
 
 from trivet.design import optimisation, studied
 from trivet.design.aims import Aims, aims_of
+from trivet.design.evaluation import Evaluation
 from trivet.design.front.archive import is_best
 from trivet.design.machine_problem import MachineProblem
 from trivet.design.memo import kept
@@ -247,6 +248,22 @@ def test_a_run_that_was_killed_goes_on_to_the_same_front(tmp_path: Path) -> None
     assert damaged[2] < len(data) / 10
 
 
+def test_a_finished_run_is_told_again_without_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    study = seeking([LENGTH, OUTER], FRONT)
+    whole = optimise(study, store=tmp_path / "whole", points=6)
+
+    def work(*_: Any) -> Any:
+        raise AssertionError("worked out again")
+
+    for owner, name in ((optimisation, "checked"), (MachineProblem, "model"), (Evaluation, "__call__")):
+        monkeypatch.setattr(owner, name, work)
+    again = optimise(study, store=tmp_path / "whole", points=6)
+    for one, other in zip(whole.members, again.members, strict=True):
+        assert (one.active, one.bounds, one.structural) == (other.active, other.bounds, other.structural)
+        assert np.array_equal(one.values, other.values)
+        assert np.array_equal(one.again, other.again)
+
+
 def test_files_of_other_studies_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "known"
     with kept(path, "one", lambda cut: None) as memo:
@@ -307,8 +324,14 @@ def test_limits_that_no_design_meets_are_named() -> None:
     aims = GivenAims(
         minimise=["mass"], limits=[GivenLimit(quantity="home K_zz", at_least="900 N/um")], evaluations=32, population=8
     )
-    with pytest.raises(NoResultError, match="home K_zz at least 900 N/µm"):
-        optimise(seeking([LENGTH], aims))
+    study = seeking([LENGTH], aims)
+    with pytest.raises(NoResultError, match=r"misses 'home K_zz at least 900 N/µm', at [0-9.]+ N/µm, with") as told:
+        optimise(study)
+    asked, _ = aims_of(study)
+    ends = Evaluation(asked.of(0).climbing())(np.array([[0.205], [0.225]])).values[
+        :, [own.name for own in asked.quantities].index("home K_zz")
+    ]
+    assert float(re.search(r"at ([0-9.]+) N/µm", str(told.value))[1]) * 1e6 == pytest.approx(ends.max(), rel=1e-3)
 
 
 def test_a_machine_that_can_have_no_such_number_is_told_and_left_out() -> None:

@@ -154,7 +154,7 @@ def _together(study: Study, aims: Aims, found: list[_Found], missing: tuple[str,
 def _members(found: _Found) -> list[Member]:
     problem, front = found.problem, found.front
     greatest = remembered(found.memo, b"rows", front.designs, partial(_greatest, problem))
-    bounds = [_ends(problem, own) for own in front.bounds]
+    bounds = [_ends(problem.study, problem.place, own) for own in front.bounds]
     parts = zip(front.designs, _values(found, front.designs), front.is_polished.tolist(), greatest, bounds, strict=True)
     none = np.zeros(0)
     return [
@@ -163,9 +163,9 @@ def _members(found: _Found) -> list[Member]:
     ]
 
 
-def _ends(problem: MachineProblem, bounds: tuple[Bound, ...]) -> tuple[str, ...]:
+def _ends(study: Study, place: int, bounds: tuple[Bound, ...]) -> tuple[str, ...]:
     """In words; those of variables that a machine has no number of hold nothing."""
-    has = {variable.name for variable in problem.study.variables if variable.acts_on(problem.place)}
+    has = {variable.name for variable in study.variables if variable.acts_on(place)}
     return tuple(f"{one.variable} at its {'greatest' if one.is_high else 'least'}" for one in bounds if one.variable in has)
 
 

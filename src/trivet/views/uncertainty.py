@@ -116,9 +116,9 @@ def _notes(result: Uncertainty) -> Iterator[str]:
     if names:
         yield f"to first order there is nothing of choices: {', '.join(names)}"
     for place, machine in enumerate(result.short_names):
-        for one in result.study.replaced(place):
-            choice = one.written(result.first[place].design[result.study.variables.index(one)])
-            yield f"{machine} as described has {one.name} {choice} here: its own is none of the choices"
+        for own in result.study.replaced(place):
+            choice = own.written(result.first[place].design[result.study.variables.index(own)])
+            yield f"{machine} as described has {own.name} {choice} here: its own is none of the choices"
     for name, one in zip(result.column_names, result.indices, strict=True):
         if one.left_out:
             rest = (
