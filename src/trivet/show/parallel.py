@@ -165,7 +165,7 @@ def names(axes: list[Axis], spacing: float) -> Names:
         lines = ["\n".join(textwrap.wrap(own.title, width)) for own in axes]
         if max(name.count("\n") for name in lines) < 3:
             return Names(lines, 0)
-    return Names([broken(own.title, SLANTED, 2) for own in axes], 45)
+    return Names([_wrapped(own.title, SLANTED, 2) for own in axes], 45)
 
 
 def width_of(axes: list[Axis]) -> float:
@@ -218,7 +218,7 @@ def _draw_axis(panel: Any, across: int, own: Axis, spacing: float) -> None:
         height = (place - low) / (high - low)
         panel.plot([across], [height], "_", color=BLACK, markersize=6, zorder=3)
         written = panel.annotate(
-            _wrapped(word, letters) if own.choices else word,
+            _wrapped(word, letters, 3) if own.choices else word,
             (across, height),
             (5, 0),
             textcoords="offset points",
@@ -229,11 +229,11 @@ def _draw_axis(panel: Any, across: int, own: Axis, spacing: float) -> None:
         written.set_path_effects([withStroke(linewidth=2.5, foreground="white")])
 
 
-def _wrapped(word: str, letters: int) -> str:
-    """A choice in three lines at most, broken between words where they are short enough."""
-    lines = textwrap.wrap(word, letters, break_long_words=False)
-    fits = len(lines) <= 3 and max(map(len, lines), default=0) <= letters
-    return "\n".join(lines) if fits else broken(word, letters, 3)
+def _wrapped(text: str, letters: int, most: int) -> str:
+    """Text in so many lines at most, broken between words where they are short enough."""
+    lines = textwrap.wrap(text, letters, break_long_words=False)
+    fits = len(lines) <= most and max(map(len, lines), default=0) <= letters
+    return "\n".join(lines) if fits else broken(text, letters, most)
 
 
 def _draw_names(panel: Any, found: Names) -> None:
