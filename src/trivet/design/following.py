@@ -28,6 +28,9 @@ BEYOND = 1e-5
 """rad uphill from the best roll: where a limit cuts the hill, no chain can stand there."""
 APART = 1e-4
 """rad on either side of a roll, at which slopes are compared for second derivatives: these are true to some 1e-8."""
+NEAR = 0.1
+"""Of the way to where the room ends, at which they are compared where that is nearer: stretched elbows make hills whose tops
+lie some 1e-5 rad before it, and beyond it stiffness is NaN."""
 STEEPEST = 1e3
 """rad, by which a roll may turn over the range of a variable; a flat top says nothing of where to go."""
 
@@ -105,15 +108,21 @@ def _turns(stand: Callable[[Any], Stand], design: Any, roll: Any) -> Any:
         looked = own.at_rolls(_angle(roll), everywhere)
         return own.points.objective(looked.stiffness), room(looked)
 
+    def room_at(roll: Any) -> Any:
+        """(n,)"""
+        return room(stand(design).at_rolls(_angle(roll), everywhere))
+
     def slopes(roll: Any) -> tuple[Any, Any]:
         """Of objective and room: along the roll (n,), and by the variables (n, d)."""
         return jax.jvp(partial(both, design), (roll,), (jnp.ones_like(roll),))[1], jax.jacfwd(both)(design, roll)
 
     # Differences of slopes: second derivatives of all that a machine is take minutes to compile.
-    ways = jnp.array([-APART, 0.0, APART])[:, None]
+    left, lost = jax.jvp(room_at, (roll,), (jnp.ones_like(roll),))
+    apart = jnp.minimum(APART, NEAR * jnp.abs(left / lost))
+    ways = jnp.array([-1.0, 0.0, 1.0])[:, None] * apart
     (rise, narrowing), (by, narrowed_by) = jax.lax.map(slopes, roll + ways)
-    curvature, bend = ((part[2] - part[0]) / (2 * APART) for part in (rise, by))
-    is_cut = both(design, roll + jnp.sign(rise[1]) * BEYOND)[1] < 0
+    curvature, bend = (part[2] - part[0] for part in (rise, by))
+    is_cut = room_at(roll + jnp.sign(rise[1]) * BEYOND) < 0
     top, edge = -bend / curvature[:, None], -narrowed_by[1] / narrowing[1][:, None]
     found = jnp.where(is_cut[:, None], edge, jnp.where(curvature[:, None] < 0, top, 0.0))
     return jnp.where(jnp.isfinite(found), found, jnp.inf)
