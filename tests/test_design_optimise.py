@@ -195,6 +195,35 @@ def test_a_model_knows_how_near_stretched_elbows_are_to_being_out_of_reach() -> 
     assert (row + 1e-4 * slope).max() == pytest.approx(0.0, abs=1e-2 * abs(row.max()))
 
 
+@pytest.mark.parametrize("height", [0.21, 0.25])
+def test_a_model_leads_back_into_reach(height: float) -> None:
+    """Where some check points are reached, and where none are, rows of those that are not have slopes."""
+    own, design, _ = stretching()
+    design[0] = height
+    for _ in range(3):  # chains come into reach by squares of lengths
+        model, reached = own.model(design), own.model(design).owner == 1
+        row, slope = model.rows(design)[reached], model.slopes(design)[reached, 0]
+        assert row.max() > 0
+        design = design - [1.01 * (row[row > 0] / slope[row > 0]).max(), 0.0]
+        if own.values(design[None]).constraints[0, 0] <= 0:
+            break
+    assert own.values(design[None]).constraints[0, 0] <= 0
+    assert design[0] > 0.19
+
+
+def test_a_model_knows_of_shares_that_are_to_be_reached() -> None:
+    height = GivenVariable(of="workpiece.height", low="150 mm", high="260 mm")
+    share = GivenLimit("reached", at_least=0.6)
+    study, aims = aims_of(seeking([height], GivenAims(maximise=["mean K_xx"], limits=[share]), load("glozman")))
+    own, found = MachineProblem(study, 0, aims), set()
+    for design in np.linspace(0.195, 0.215, 21)[:, None]:
+        violation = own.values(design[None]).constraints[0, 0]
+        model = own.model(design)
+        assert (model.rows(design)[model.owner == 1].max() <= 0) == (violation <= 0)
+        found.add(round(0.6 - violation, 3))
+    assert len(found & {1.0, 0.692, 0.385, 0.077}) >= 3  # of 13 points, before and beyond the limit
+
+
 @pytest.mark.parametrize("height", [0.195, 0.2])
 def test_rolls_follow_the_ends_of_reach(height: float) -> None:
     """Where the best rolls stretch elbows, stiffness has slopes a thousand times too large with rolls that are held."""

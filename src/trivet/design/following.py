@@ -45,6 +45,8 @@ class Held(NamedTuple):
     """(n, d) how it follows, rad per unit of each variable."""
     freest: Array
     """(n,) the roll with the most room, rad."""
+    roomiest: Array
+    """(n,) numbers of the check points, those with the most room at these rolls first."""
     point: Array
     """(n,) which check points are looked at: those that are reached; the first of them again in the place of others."""
     reached: Array
@@ -55,15 +57,16 @@ class Held(NamedTuple):
         roll = self.roll + self.turn @ (design - self.design)
         return stand.at_rolls(_angle(roll), self.reached).parts(self.point)
 
-    def freely(self, stand: Stand) -> Looked:
-        """The same at the rolls with the most room."""
-        return stand.at_rolls(_angle(self.freest), self.reached).parts(self.point)
+    def freely(self, stand: Stand, count: int) -> Looked:
+        """So many check points, reached or not, at the rolls with the most room; those that have the most of it."""
+        return stand.at_rolls(_angle(self.freest), self.reached).parts(self.roomiest[:count])
 
 
 def nowhere(design: Array) -> Held:
     """Where no check points are asked for."""
     none = np.zeros(1)
-    return Held(design, none, np.zeros((1, len(design))), none, np.zeros(1, dtype=int), np.ones(1, dtype=bool))
+    first = np.zeros(1, dtype=int)
+    return Held(design, none, np.zeros((1, len(design))), none, first, first, np.ones(1, dtype=bool))
 
 
 class Follower:
@@ -76,18 +79,18 @@ class Follower:
 
     def about(self, design: Array) -> Held:
         """The rolls about a design (d,)."""
-        roll, reached, freest = (np.asarray(c) for c in self._choose(design))
+        roll, reached, freest, roomiest = (np.asarray(c) for c in self._choose(design))
         first = int(np.argmax(reached))
         turn = np.asarray(self._follow(design, roll))
         most = STEEPEST / np.where(self._width > 0, self._width, 1.0)
         # One that turns too fast to be followed is held.
         turn = np.where((np.abs(turn) <= most).all(axis=1, keepdims=True), turn, 0.0)
         point = np.where(reached, np.arange(len(roll)), first)
-        return Held(design, roll, turn, freest, point, reached)
+        return Held(design, roll, turn, freest, roomiest, point, reached)
 
 
 def _chosen(stand: Callable[[Any], Stand], design: Any) -> Any:
-    """The best roll at every check point (n,), whether any is reached, and the one with the most room."""
+    """The best roll at every check point (n,), whether any is reached, the one with the most room, and points by how much."""
     own = stand(design)
     roll, reached = own.roll
     every = jax.tree.map(jnp.asarray, turns(own.points.rolls, own.points.symmetry))
@@ -95,8 +98,9 @@ def _chosen(stand: Callable[[Any], Stand], design: Any) -> Any:
     def left(roll: Angle) -> Any:
         return room(own.at_rolls(jax.tree.map(lambda c: jnp.broadcast_to(c, reached.shape), roll), reached))
 
-    freest = jnp.argmax(jax.lax.map(left, every), axis=0)
-    return jnp.arctan2(roll.sin, roll.cos), reached, jnp.arctan2(every.sin, every.cos)[freest]
+    rooms = jax.lax.map(left, every)
+    freest = jnp.arctan2(every.sin, every.cos)[jnp.argmax(rooms, axis=0)]
+    return jnp.arctan2(roll.sin, roll.cos), reached, freest, jnp.argsort(-rooms.max(axis=0))
 
 
 def _turns(stand: Callable[[Any], Stand], design: Any, roll: Any) -> Any:

@@ -6,6 +6,7 @@ its value at any other roll that is reached, so that climbing the model climbs i
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import cached_property, partial
 from typing import Any
@@ -32,6 +33,8 @@ PIECE = 2
 """Designs per call: polishing looks at four together, which two cores share."""
 STEP = 1e-4
 """Of a central difference, as a part of a variable's range, for what only studies of their own know."""
+ROUNDING = 1e-9
+"""Of a number of check points that is a share of all."""
 
 
 def standing(single: Study, design: Any) -> Stand:
@@ -111,8 +114,9 @@ class MachineProblem:
         stand = self.stand(design)
         if own.asked.name == REACHED:
             assert isinstance(own, Limit)
-            share = own.sign * (held.reached.mean() - own.bound)
-            return jnp.concatenate([-margins.room(held.freely(stand)), jnp.where(share > 0, share, -1.0)[None]])
+            # As many as the limit asks for; of those that are not reached, rows and slopes tell what is missing.
+            count = math.ceil(own.bound * len(held.roll) - ROUNDING)
+            return -margins.room(held.freely(stand, max(1, count)))
         values = jnp.atleast_1d(_parts(own.asked, stand, design, held))
         return own.of(values)
 
