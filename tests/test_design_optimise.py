@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import tomli_w
 
-from trivet.design import optimisation, studied
+from trivet.design import optimisation, studied, writing
 from trivet.design.aims import Aims, aims_of
 from trivet.design.evaluation import Evaluation
 from trivet.design.front.archive import is_best
@@ -124,6 +124,13 @@ def test_limits_are_measured_by_their_bounds() -> None:
     })  # fmt: skip
     _, others = aims_of(seeking([LENGTH], GivenAims(minimise=["mass"], limits=[GivenLimit("home K_zz", "1 N/um")])))
     assert [limit.words for limit in others.limits] == ["home K_zz at least 1 N/µm"]
+
+
+def test_limits_that_differ_have_words_that_differ() -> None:
+    for name, bounds in (("reached", (0.8, 0.8000001, 1)), ("mass", ("1 kg", "1.0000001 kg", "1.000000100000001 kg"))):
+        limits = [GivenLimit(name, at_least=bound) for bound in bounds]
+        _, aims = aims_of(seeking([LENGTH], GivenAims(minimise=["mass"], limits=limits)))
+        assert len({limit.words for limit in aims.limits}) == 3, aims.limits
 
 
 def test_what_only_a_study_knows_has_slopes_by_differences(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -406,9 +413,18 @@ def test_the_command(trivet: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     for path, member in zip(sorted(Path("best").iterdir()), found["front"], strict=True):
         machine = load(path)
         assert machine.chains["leg"].elements[3].length == pytest.approx(member["design"]["link.length_m"], rel=1e-12)
-    code, out, err = trivet("optimise", "study.toml", "--points", "4", "--machines", "best")
+    code, _, err = trivet("optimise", "study.toml", "--points", "4", "--machines", "best")
     assert code == 2
     assert "is not empty" in err
+
+    def full(*_: Any, **__: Any) -> Any:
+        raise InputError("there: cannot be written: No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(writing, "write", full)
+        code, again, err = trivet("optimise", "study.toml", "--json", "--points", "4", "--machines", "there")
+    assert (code, err) == (2, "trivet: there: cannot be written: No space left on device\n")
+    assert again == out  # it costs no numbers
     Path("file").write_text("")
     for folder, said in (("file/best", "file is not a folder"), ("locked/a/best", "no permission in .*locked")):
         Path("locked").mkdir(exist_ok=True)

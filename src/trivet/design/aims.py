@@ -53,7 +53,8 @@ class Limit:
     @property
     def words(self) -> str:
         """In words."""
-        bound = signs(str(self.asked.kind.write(self.bound))) if self.asked.kind.si else f"{self.bound:g}"
+        # All its digits: by its words the store of one study is told from that of another.
+        bound = signs(str(self.asked.kind.write(self.bound))) if self.asked.kind.si else repr(self.bound).removesuffix(".0")
         return f"{self.asked.name} at {'least' if self.sign < 0 else 'most'} {bound}"
 
     @property
@@ -151,9 +152,8 @@ def _check(limits: Sequence[Limit]) -> None:
             raise InputError(f"optimise.limits: {least.words}, yet {most.words}: no design can be both")
         if most is not None and name == REACHED:
             raise InputError(f"optimise.limits: {most.words}; of this only at_least can be asked")
-        share = least is not None and name == REACHED and least.bound > 1
-        if share:
-            raise InputError(f"optimise.limits: {name} at least {least.bound:g}; it is a share, 1 at most")  # type: ignore[union-attr]
+        if least is not None and name == REACHED and least.bound > 1:
+            raise InputError(f"optimise.limits: {least.words}; it is a share, 1 at most")
 
 
 def seen(aims: Sequence[Aim | Limit], columns: Sequence[str], values: Array) -> Array:

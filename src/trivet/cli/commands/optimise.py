@@ -2,13 +2,37 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 import typer
 
 from trivet.cli import options as o
 from trivet.cli import output
 from trivet.cli.groups import Output
+
+
+@dataclass(frozen=True)
+class MachinesOutput(Output):
+    """Where a front goes, and its machines."""
+
+    machines: Annotated[
+        str | None,
+        typer.Option("--machines", help="Write machine files of the designs on the front into this folder.", metavar="FOLDER"),
+    ] = None
+
+    def check(self) -> None:
+        super().check()
+        if self.machines is not None:
+            o.check_folder("--machines", self.machines, self.overwrite)
+
+    def _write(self, result: Any) -> None:
+        from trivet.design.writing import write_machines
+
+        if self.machines is not None:
+            for path in write_machines(result, self.machines, overwrite=self.overwrite):
+                output.wrote(path)
+        super()._write(result)
 
 
 def run(
@@ -28,11 +52,7 @@ def run(
         str | None,
         typer.Option("--polish", help="Time for polishing each front; until it is done by default.", metavar="TIME"),
     ] = None,
-    machines: Annotated[
-        str | None,
-        typer.Option("--machines", help="Write machine files of the designs on the front into this folder.", metavar="FOLDER"),
-    ] = None,
-    out: Output,
+    out: MachinesOutput,
 ) -> None:
     """Seek the best designs of machines, as a study file says: a front by evolution, polished by slopes."""
     from pathlib import Path
@@ -40,14 +60,11 @@ def run(
     from trivet.design.aims import aims_of
     from trivet.design.optimisation import optimise
     from trivet.design.study import read_study
-    from trivet.design.writing import write_machines
     from trivet.views import optimisation as view
 
     asked = read_study(study, aims_of)
     seconds = o.quantity("--polish", polish, "time", "s", positive=True)
     out.check()
-    if machines is not None:
-        o.check_folder("--machines", machines, out.overwrite)
     file = store if store is not None else f"{Path(study).stem}.evaluations"
     with output.goes_on(file), output.progress(out.as_json, "") as advance:
 
@@ -62,7 +79,4 @@ def run(
             progress=tell,
             damaged=lambda cut: output.warn(f"{file}: {cut} bytes were damaged; what they held is worked out again"),
         )
-    if machines is not None:
-        for path in write_machines(result, machines, overwrite=out.overwrite):
-            output.wrote(path)
     out.give(result, view, wrapped=True)

@@ -157,10 +157,10 @@ class Polisher:
 
     def _again(self, way: Array) -> Point:
         """What was tried on a way that is known, in the same order, so that the archive becomes the same; its end."""
-        self.tried(way[:1])
+        points = self.tried(way[:1])
         for first in range(1, len(way) - 1, len(BACK)):
-            self.tried(way[first : first + len(BACK)])
-        return self.tried(way[-1:])[0]
+            points += self.tried(way[first : first + len(BACK)])
+        return next(point for point in points if np.array_equal(point.design, way[-1]))
 
     def _once(self, point: Point, goal: Goal, radius: float) -> tuple[Point | None, float, Array]:
         """What a model of a design leads to, if it is better, what it promised to gain, and the designs that were tried."""
