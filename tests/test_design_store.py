@@ -140,10 +140,13 @@ def test_a_death_at_any_step_is_gone_on_from(tmp_path: Path, monkeypatch: pytest
 
 
 def test_names_become_folders_whatever_they_are() -> None:
-    names = ["a/b", "a_b", "a b", "..", "", "__x", "status", "digest", "zeile\n", "ä" * 200]
+    names = ["a/b", "a_b", "a b", "..", "", "__x", "status", "digest", "zeile\n", "zarr.json"]
+    names += ["c\\d", ".half.0a1b.part", "ä" * 200]
     arrays = Layout(tuple(Column(name, "", "") for name in names), 1, 1, {}).arrays
     assert arrays[:9] == ("a_b", "a_b_2", "a b", "_", "__2", "_x", "status_2", "digest_2", "zeile_")
-    assert arrays[9] == "ä" * 100
+    assert arrays[9] == "zarr.json_2"
+    assert arrays[10:12] == ("c_d", "_half.0a1b.part")
+    assert arrays[12] == "ä" * 100
 
 
 def damage(path: Path, kind: str) -> None:

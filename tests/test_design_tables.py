@@ -126,6 +126,18 @@ def test_commands_keep_to_the_width_there_is(trivet: Any, tmp_path: Path) -> Non
         assert trivet(command, "study.toml", "--json")[0] == 0
 
 
+def test_names_are_no_markup(trivet: Any, tmp_path: Path) -> None:
+    names = ("[/x]", "[red]y[/red]", ":smile:", "$\\frac{$")
+    variables = [{"scale": "steel.density", "name": name, "low": 0.9, "high": 1.1} for name in names]
+    document = {"machines": ["azulay"], "quantities": ["mass"], "sweep": {"count": 4}, "variables": variables}
+    document["sensitivity"] = {"count": 8}
+    (tmp_path / "study.toml").write_text(tomli_w.dumps(document), encoding="utf-8")
+    for command, store in (("sweep", "study.zarr"), ("sensitivity", "study.sensitivity.zarr")):
+        code, out, err = trivet(command, "study.toml", "--figure", f"[red] [{command}].png")
+        assert (code, err) == (0, f"wrote {store}\nwrote [red] [{command}].png\n")
+        assert all(name in out for name in names)
+
+
 def test_unknowns_as_described_are_those_of_the_machine(trivet: Any, tmp_path: Path) -> None:
     document = {
         "machines": ["azulay", "glozman"], "quantities": ["mass"], "sensitivity": {"count": 8},

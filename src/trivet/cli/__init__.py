@@ -36,6 +36,7 @@ def main() -> None:
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):  # end as by an exception, so that half-written files are cleared away
         if hasattr(signal, name) and signal.getsignal(getattr(signal, name)) != signal.SIG_IGN:
             signal.signal(getattr(signal, name), _leave)
+    _open_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal or a pipe that cannot show "×" gets "?"
@@ -62,6 +63,17 @@ def main() -> None:
     # All is written; what the interpreter still clears away is not to be interrupted.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     sys.exit(code)
+
+
+def _open_streams() -> None:
+    """Have the null device stand for streams that are closed: else a file of results takes their number, and messages."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the least number that is free
+    if sys.stderr is None:  # what is printed to no stream would go to the standard output
+        sys.stderr = io.TextIOWrapper(io.FileIO(2, "w", closefd=False), encoding="utf-8")
 
 
 def _leave(number: int, frame: FrameType | None) -> None:

@@ -99,7 +99,8 @@ def print_parts(parts: Iterable[Any], *, wrapped: bool = False) -> None:
     # A pipe gets whole lines, not a terminal's width of them; a narrow terminal breaks lines, which is better than cut numbers.
     console = Console(highlight=False, soft_wrap=False)
     widths = (console.width, 100) if wrapped else (max(console.width, 110), 160)
-    console = Console(highlight=False, width=widths[0 if console.is_terminal else 1])
+    # Names of variables and files are no markup: "[/x]" is shown as it is.
+    console = Console(highlight=False, markup=False, emoji=False, width=widths[0 if console.is_terminal else 1])
     for part in parts:
         console.print(part if not isinstance(part, str) else Text(part))
         console.print()
@@ -152,9 +153,10 @@ def settle() -> None:
 def busy(doing: str, quiet: bool) -> Any:
     """A sign of life for work that cannot say how far it is; the first run of a kind of machine compiles kernels."""
     from rich.console import Console
+    from rich.text import Text
 
     settle()
-    return Console(stderr=True, quiet=quiet or not sys.stderr.isatty()).status(f"{doing} …")
+    return Console(stderr=True, quiet=quiet or not sys.stderr.isatty()).status(Text(f"{doing} …"))
 
 
 def counted(done: int, total: int | None) -> str:
@@ -176,7 +178,7 @@ def progress(quiet: bool, unit: str = "points") -> Iterator[Callable[..., None]]
 
     columns = (
         SpinnerColumn(),
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         TextColumn("{task.fields[count]}"),
         TimeElapsedColumn(),
@@ -205,7 +207,7 @@ def remaining(quiet: bool, unit: str) -> Iterator[Callable[..., None]]:
 
     columns = (
         SpinnerColumn(),
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         TextColumn("{task.fields[count]}"),
         TimeElapsedColumn(),

@@ -95,6 +95,7 @@ def is_drawn(found: Seen) -> bool:
     return found.size > 0 and bool(found.quantities)
 
 
+@titles.literal()
 def _picture(result: Sweep, found: Seen, path: Path) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

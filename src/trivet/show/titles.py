@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import html
 import textwrap
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 WIDE, HIGH = 1280, 800
@@ -12,6 +14,15 @@ FIRST, OTHER = 110, 150
 """Letters of a line."""
 TOP, LINE = 34, 24
 """Pixels from the edge to the first line, and from line to line."""
+
+
+@contextmanager
+def literal() -> Iterator[None]:
+    """Pictures whose texts are shown as they are: in names that users give, "$" begins no formula."""
+    from matplotlib import rc_context
+
+    with rc_context({"text.parse_math": False}):
+        yield
 
 
 def wrapped(title: list[str]) -> list[tuple[str, bool]]:

@@ -106,6 +106,7 @@ def _head(block: Block, column: int) -> str:
     return "\n".join(lines) if fits else broken(name, letters, 3)
 
 
+@titles.literal()
 def _picture(title: list[str], found: list[Block], path: Path) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

@@ -22,6 +22,8 @@ DESIGN, CHUNK = "design", "chunk"
 """Dimensions."""
 STATUS, DIGEST = "status", "digest"
 """Arrays beside the columns."""
+ROOT = "zarr.json"
+"""The file that tells what the group is."""
 NOT_YET = "not yet worked out"
 """What a status of 0 means."""
 LONGEST = 200
@@ -75,7 +77,7 @@ class Layout:
     @cached_property
     def arrays(self) -> tuple[str, ...]:
         """Names of the arrays of the columns: theirs, "_" for what no folder is called, a number where two would be one."""
-        taken = {STATUS, DIGEST}
+        taken = {STATUS, DIGEST, ROOT}
         return tuple(_array(column.name, taken) for column in self.columns)
 
     @cached_property
@@ -117,8 +119,8 @@ def fingerprint_of(document: Mapping[str, Any]) -> str:
 
 
 def _array(name: str, taken: set[str]) -> str:
-    plain = "".join("_" if one == "/" or not one.isprintable() else one for one in name)
-    plain = re.sub(r"^(__|\.+$|$)", "_", plain).encode()[:LONGEST].decode(errors="ignore")
+    plain = "".join("_" if one in "/\\" or not one.isprintable() else one for one in name)
+    plain = re.sub(r"^(__|\.+|$)", "_", plain).encode()[:LONGEST].decode(errors="ignore")
     numbered = (f"{plain}_{k}" for k in range(2, len(taken) + 3))
     found = plain if plain not in taken else next(one for one in numbered if one not in taken)
     taken.add(found)

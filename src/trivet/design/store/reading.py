@@ -10,9 +10,9 @@ from typing import Any
 
 from trivet.design.store.disk import content
 from trivet.design.store.faults import faults_of
-from trivet.design.store.layout import FORMAT, STATUS, Array, Layout, layout_of
+from trivet.design.store.layout import FORMAT, ROOT, STATUS, Array, Layout, layout_of
 from trivet.design.store.recognising import document_in
-from trivet.design.store.scratch import ROOT, Scratch
+from trivet.design.store.scratch import Scratch
 from trivet.design.store.writing import done_in
 from trivet.errors import InputError, shown
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from trivet.design.store.disk import LOCK, content, is_unfinished, told
-from trivet.design.store.layout import FORMAT, STATUS, Layout, layout_of
-from trivet.design.store.scratch import ROOT, Scratch
+from trivet.design.store.layout import FORMAT, ROOT, STATUS, Layout, layout_of
+from trivet.design.store.scratch import Scratch
 from trivet.errors import InputError, shown
 
 ELSEWHERE = "choose another folder (--store), or remove it"

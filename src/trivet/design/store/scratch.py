@@ -8,10 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from trivet.design.store.layout import CHUNK, DESIGN, DIGEST, NOT_YET, STATUS, Chunk, Layout
+from trivet.design.store.layout import CHUNK, DESIGN, DIGEST, NOT_YET, ROOT, STATUS, Chunk, Layout
 
-ROOT = "zarr.json"
-"""The file that tells what the group is."""
 WIDTH = 8
 """Bytes of a digest."""
 
