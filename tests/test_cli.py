@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -13,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tomli_w
 
 from trivet.cli import output
 from trivet.errors import InputError
@@ -279,6 +281,23 @@ def test_output_into_a_closed_pipe_is_no_error(command: tuple[str, ...]) -> None
     done = subprocess.run([*COMMAND, *command], stdout=pipe, stderr=subprocess.PIPE, text=True, check=False)
     os.close(pipe)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_closed_streams_cost_nothing(tmp_path: Path) -> None:
+    document = {
+        "machines": ["azulay"], "quantities": ["mass"], "sweep": {"count": 2},
+        "variables": [{"of": "link.length", "low": "205 mm", "high": "225 mm"}],
+    }  # fmt: skip
+    (tmp_path / "study.toml").write_text(tomli_w.dumps(document), encoding="utf-8")
+    told = []
+    for closed in ("", "2>&-", "2>&- <&-", ">&- 2>&-"):
+        line = shlex.join([*COMMAND, "sweep", "study.toml", "--json", "--figure", f"{len(told)}.png"])
+        done = subprocess.run(f"{line} {closed}", shell=True, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        assert (tmp_path / f"{len(told)}.png").read_bytes().startswith(b"\x89PNG")
+        told.append(done.stdout)
+    assert json.loads(told[0])["statuses"]
+    assert told[1:] == [told[0], told[0], ""]
 
 
 def test_help_imports_nothing_heavy() -> None:

@@ -74,8 +74,10 @@ def parse_toml(name: str, data: bytes, what: str) -> dict[str, Any]:
         raise InputError(f"{name}: is not UTF-8 text; {what} is TOML") from None
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
-    except ValueError as error:  # among them TOMLDecodeError, which says where
+    except tomllib.TOMLDecodeError as error:  # says where
         raise InputError(f"{name}: is not TOML: {error}") from None
+    except ValueError:
+        raise InputError(f"{name}: is not TOML: a whole number of thousands of digits") from None
     except RecursionError:
         raise InputError(f"{name}: {_too_deep(what)}") from None
     return document
