@@ -320,6 +320,33 @@ class Rolling:
         return Rows(np.arange(2), lambda at: self.both(*at, roll), by)
 
 
+@dataclass
+class Bending:
+    """The farthest way along x + y within a circle, of which a model knows the tangent only."""
+
+    variables = ("x", "y")
+    objectives = ("behind",)
+    constraints = ("circle",)
+    discrete = (None, None)
+    low, high = np.zeros(2), np.ones(2)
+
+    def values(self, designs):
+        return Values(-designs.sum(axis=1)[:, None], (designs**2).sum(axis=1)[:, None] - 0.64)
+
+    def model(self, design):
+        slopes = np.stack([-np.ones(2), 2 * design])
+        here = np.concatenate([*self.values(design[None])])[:, 0]
+        return Rows(np.arange(2), lambda at: here + slopes @ (at - design), lambda at: slopes)
+
+
+def test_limits_that_bend_away_from_their_models_are_followed():
+    """Every step along the tangent leaves the circle: what the whole step misses it by is taken into account."""
+    about = polisher(Bending(), [0.8, 0.0])
+    point = about.towards(np.array([0.8, 0.0]), np.array([-0.8]), np.ones(1))
+    assert point.both[0] == pytest.approx(-0.8 * np.sqrt(2), abs=2e-3)
+    assert point.both[1] <= 1e-9
+
+
 def test_models_are_made_anew_until_nothing_is_gained():
     rolling = Rolling()
     about = polisher(rolling, [0.1, 0.95])

@@ -164,14 +164,22 @@ class Polisher:
 
     def _once(self, point: Point, goal: Goal, radius: float) -> tuple[Point | None, float, Array]:
         """What a model of a design leads to, if it is better, what it promised to gain, and the designs that were tried."""
-        first = self.box.genes(point.design[None])[0][self.box.is_free]
         program = Program(self.asked.problem.model(point.design), self.box, point.design, goal, radius)
         found, promised = program.solved(STEPS, self.how.precision)
-        designs = self.box.moved(point.design, first + np.array(BACK)[:, None] * (found - first))
-        tried = self.tried(designs)
-        missed, t = goal.attained(np.array([point.both, *(one.both for one in tried)]))
-        best = int(np.lexsort((t, missed))[0])
-        return (None if best == 0 else tried[best - 1]), promised, designs
+        designs, tried = self._on_the_way(point, found)
+        better = _best(goal, point, tried)
+        if better is None and promised > self.how.precision and np.isfinite(tried[0].both).all():
+            # A limit bends away from its model: the same once more, inside of it by what the whole step missed it by.
+            inside = replace(program, goal=goal.within(tried[0].both - program.both(found)))
+            more, tried = self._on_the_way(point, inside.solved(STEPS, self.how.precision)[0])
+            designs, better = np.concatenate([designs, more]), _best(goal, point, tried)
+        return better, promised, designs
+
+    def _on_the_way(self, point: Point, genes: Array) -> tuple[Array, list[Point]]:
+        """Designs on the way from one to genes (f,), tried."""
+        first = self.box.genes(point.design[None])[0][self.box.is_free]
+        designs = self.box.moved(point.design, first + np.array(BACK)[:, None] * (genes - first))
+        return designs, self.tried(designs)
 
     def is_alike(self, a: Point, b: Point) -> bool:
         """Whether two have the same discrete values."""
@@ -187,3 +195,10 @@ class Polisher:
         values = (asked or self.few)(designs)
         self.archive.add(designs, values)
         return [Point(*one) for one in zip(designs, joined(values), strict=True)]
+
+
+def _best(goal: Goal, point: Point, tried: list[Point]) -> Point | None:
+    """The best of what was tried; None where a point is as good itself."""
+    missed, t = goal.attained(np.array([point.both, *(one.both for one in tried)]))
+    best = int(np.lexsort((t, missed))[0])
+    return None if best == 0 else tried[best - 1]

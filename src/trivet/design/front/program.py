@@ -34,6 +34,11 @@ class Goal(NamedTuple):
     scale: Array
     """What is much of each."""
 
+    def within(self, missed: Array) -> Goal:
+        """The same with bounds that are tighter by what they are missed by (m + k,), as far as that is above zero."""
+        is_bound = np.isfinite(self.reference) & (self.direction == 0)
+        return self._replace(reference=self.reference - np.where(is_bound, np.maximum(missed, 0.0), 0.0))
+
     def attained(self, both: Array) -> tuple[Array, Array]:
         """Of rows (n, m + k) of objectives and constraints: by how much bounds are missed but for rounding, and t; (n,)."""
         bound = np.isfinite(self.reference) & (self.direction == 0)
@@ -122,7 +127,7 @@ class Program:
             if np.isin(more, taking).all():
                 break
             taking = np.union1d(taking, self._near(self._spare(x[:-1], 0.0), BAND))
-        return x[:-1], gain(self.goal, self._both(first), self._both(x[:-1]))
+        return x[:-1], gain(self.goal, self.both(first), self.both(x[:-1]))
 
     def linear(self) -> Array:
         """The genes (f,) that the least t of the rows made linear has; those of the design where it has none.
@@ -143,7 +148,7 @@ class Program:
         )  # fmt: skip
         return first + done.x[:-1] if done.status == 0 else first
 
-    def _both(self, genes: Array) -> Array:
+    def both(self, genes: Array) -> Array:
         """(m + k,) objectives and constraints of the model; those that have no rows are at their reference."""
         found = np.where(np.isfinite(self.goal.reference), self.goal.reference, 0.0)
         has_rows = np.isin(np.arange(len(found)), self._owner)
