@@ -8,7 +8,7 @@ sequential quadratic programming takes to bring one onto it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,16 +17,10 @@ from trivet.design.front.evolution import Progress
 from trivet.design.front.polisher import Point, Polisher
 from trivet.design.front.problem import Array
 from trivet.design.front.program import Goal, Program, gain, improving
+from trivet.design.front.trust import Trust
 
-RADIUS = 0.05
-"""How far variables may go at first, as a part of their range."""
-WIDEST = 0.3
 LEAST = 1e-3
 """The radius at which a point is done."""
-WIDER = 2.0
-"""After a full step, as a factor."""
-NARROWER = 0.2
-"""After steps that led to nothing better."""
 PARTS = (1.0, 0.5, 0.2, 0.05)
 """Of the way to what a linear program promises, tried together."""
 ENOUGH = 1e-3
@@ -43,7 +37,7 @@ class Climber:
 
     point: Point
     goal: Goal
-    radius: float = RADIUS
+    trust: Trust = field(default_factory=Trust)
     gained: float = np.inf
     """By its last step."""
     rounds: int = 0
@@ -51,7 +45,7 @@ class Climber:
     @property
     def is_done(self) -> bool:
         """Whether more steps would gain little."""
-        return self.gained < ENOUGH or self.radius < LEAST or self.rounds >= ROUNDS
+        return self.gained < ENOUGH or self.trust.radius < LEAST or self.rounds >= ROUNDS
 
 
 def coarsened(polisher: Polisher) -> None:
@@ -90,21 +84,19 @@ def _step(climber: Climber, tried: list[Point]) -> None:
     point, goal, climber.rounds = climber.point, climber.goal, climber.rounds + 1
     missed, t = goal.attained(np.array([point.both, *(one.both for one in tried)]))
     best = int(np.lexsort((t, missed))[0])
-    if best == 0:
-        climber.radius *= NARROWER
-        return
-    climber.gained, climber.point = gain(goal, point.both, tried[best - 1].both), tried[best - 1]
-    climber.radius = min(climber.radius * (WIDER if best == 1 else PARTS[best - 1]), WIDEST)
+    climber.trust.went(PARTS[best - 1] if best else None)
+    if best:
+        climber.gained, climber.point = gain(goal, point.both, tried[best - 1].both), tried[best - 1]
 
 
 def _way(polisher: Polisher, climber: Climber) -> Array:
     """Designs (4, d) towards what the linear program of a model promises; known ones need no model."""
     design, goal = climber.point.design, climber.goal
-    key = b"linear" + b"".join(np.ascontiguousarray(part, float).tobytes() for part in (design, *goal, climber.radius))
+    key = b"linear" + b"".join(np.ascontiguousarray(part, float).tobytes() for part in (design, *goal, climber.trust.radius))
     if key in polisher.asked.memo:
         return polisher.asked.memo[key]
     first = polisher.box.genes(design[None])[0][polisher.box.is_free]
-    found = Program(polisher.asked.problem.model(design), polisher.box, design, goal, climber.radius).linear()
+    found = Program(polisher.asked.problem.model(design), polisher.box, design, goal, climber.trust.radius).linear()
     designs = polisher.box.moved(design, first + np.array(PARTS)[:, None] * (found - first))
     polisher.asked.memo.update({key: designs})
     return designs

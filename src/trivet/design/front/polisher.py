@@ -13,15 +13,18 @@ from trivet.design.front.box import Box
 from trivet.design.front.evolution import Progress, Tell
 from trivet.design.front.problem import MET, Array, Asked
 from trivet.design.front.program import Goal, Program, gain, improving, joined
+from trivet.design.front.trust import Trust
 
 STEPS = 60
 """Of sequential quadratic programming on one model, at most."""
-ROUNDS = 12
+ROUNDS = 30
 """Models in turn, at most."""
-NARROW = 0.1
+NARROWER = 0.1
 """The radius next time, as a part of one that led to nothing better."""
 MISSES = 4
-"""Ways that lead to nothing better, at most; those that promised nothing count twice."""
+"""Models in turn that lead to nothing better, at most; those that promised nothing count twice."""
+BENT = 3
+"""Times that a model is asked again since limits bend away from it, at most."""
 BACK = (1.0, 0.5, 0.1, 0.01)
 """Parts of the way to what the model promises, tried together."""
 LOOSE = 1e-6
@@ -138,15 +141,15 @@ class Polisher:
         if key in self.asked.memo:
             return self._again(self.asked.memo[key])
         way: list[Array] = [start[None]]
-        point, radius, misses = self.tried(way[0])[0], self.how.radius, 0
+        point, misses = self.tried(way[0])[0], 0
+        far, near = Trust(self.how.radius, self.how.radius, NARROWER), Trust()
         for _ in range(ROUNDS):
-            better, promised, tried = self._once(point, goal, radius)
+            better, promised, tried = self._once(point, goal, far, near)
             way.append(tried)
-            misses += 0 if better else 1 if promised > 0 else 2
+            misses = 0 if better else misses + (1 if promised > 0 else 2)
             if abs(promised) < self.how.precision or misses >= MISSES:
                 break
-            if better is None:  # the model is true too near only, or quadratic programming lost its way
-                radius *= NARROW
+            if better is None:
                 continue
             gained, point = gain(goal, point.both, better.both), better
             if gained < self.how.precision or self.is_late:
@@ -162,24 +165,33 @@ class Polisher:
             points += self.tried(way[first : first + len(BACK)])
         return next(point for point in points if np.array_equal(point.design, way[-1]))
 
-    def _once(self, point: Point, goal: Goal, radius: float) -> tuple[Point | None, float, Array]:
+    def _once(self, point: Point, goal: Goal, far: Trust, near: Trust) -> tuple[Point | None, float, Array]:
         """What a model of a design leads to, if it is better, what it promised to gain, and the designs that were tried."""
-        program = Program(self.asked.problem.model(point.design), self.box, point.design, goal, radius)
+        program = Program(self.asked.problem.model(point.design), self.box, point.design, goal, far.radius)
         found, promised = program.solved(STEPS, self.how.precision)
-        designs, tried = self._on_the_way(point, found)
-        better = _best(goal, point, tried)
-        if better is None and promised > self.how.precision and np.isfinite(tried[0].both).all():
-            # A limit bends away from its model: the same once more, inside of it by what the whole step missed it by.
-            inside = replace(program, goal=goal.within(tried[0].both - program.both(found)))
-            more, tried = self._on_the_way(point, inside.solved(STEPS, self.how.precision)[0])
-            designs, better = np.concatenate([designs, more]), _best(goal, point, tried)
-        return better, promised, designs
+        tried = whole = self._on_the_way(point, found)
+        best = _best(goal, point, tried)
+        for _ in range(BENT if promised > self.how.precision else 0):
+            if (best is not None and tried[best] is whole[0]) or not np.isfinite(whole[0].both).all():
+                break
+            # Limits bend away from their models: the same once more, farther inside by what the whole step missed them by.
+            program = replace(program, goal=program.goal.within(whole[0].both - program.both(found)))
+            found, _ = program.solved(STEPS, self.how.precision)
+            whole = self._on_the_way(point, found)
+            tried, best = tried + whole, _best(goal, point, tried + whole)
+        if promised < -self.how.precision and best != 0:
+            # Quadratic programming lost its way, as where rows end: they may be true near by, where they are as good as linear.
+            first, tried = len(tried), tried + self._on_the_way(point, replace(program, radius=near.radius).linear())
+            best = _best(goal, point, tried)
+            near.went(None if best is None or best < first else BACK[best - first])
+        if promised > 0 or best is None:
+            far.went(None if best is None else BACK[best % len(BACK)])
+        return None if best is None else tried[best], promised, np.array([one.design for one in tried])
 
-    def _on_the_way(self, point: Point, genes: Array) -> tuple[Array, list[Point]]:
+    def _on_the_way(self, point: Point, genes: Array) -> list[Point]:
         """Designs on the way from one to genes (f,), tried."""
         first = self.box.genes(point.design[None])[0][self.box.is_free]
-        designs = self.box.moved(point.design, first + np.array(BACK)[:, None] * (genes - first))
-        return designs, self.tried(designs)
+        return self.tried(self.box.moved(point.design, first + np.array(BACK)[:, None] * (genes - first)))
 
     def is_alike(self, a: Point, b: Point) -> bool:
         """Whether two have the same discrete values."""
@@ -197,8 +209,8 @@ class Polisher:
         return [Point(*one) for one in zip(designs, joined(values), strict=True)]
 
 
-def _best(goal: Goal, point: Point, tried: list[Point]) -> Point | None:
-    """The best of what was tried; None where a point is as good itself."""
+def _best(goal: Goal, point: Point, tried: list[Point]) -> int | None:
+    """Which of what was tried is the best; None where a point is as good itself."""
     missed, t = goal.attained(np.array([point.both, *(one.both for one in tried)]))
     best = int(np.lexsort((t, missed))[0])
-    return None if best == 0 else tried[best - 1]
+    return best - 1 if best else None
