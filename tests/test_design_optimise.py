@@ -260,7 +260,13 @@ FRONT = GivenAims(maximise=["mean K_xx"], minimise=["mass"], evaluations=96, pop
 
 
 def test_a_front_of_machines_is_told_with_all_that_there_is_to_say() -> None:
-    found = optimise(seeking([LENGTH, OUTER], FRONT, load("azulay"), load("eclipse")), points=6)
+    steps: list[tuple[str, str, int, int]] = []
+    study = seeking([LENGTH, OUTER], FRONT, load("azulay"), load("eclipse"))
+    found = optimise(study, points=6, progress=lambda machine, stage, done, of, _: steps.append((machine, stage, done, of)))
+    own = {name: sum(study.names[one.place] == name for one in found.members) for name in study.names}
+    assert [step for step in steps if step[1] == "check"] == [
+        (name, "check", done, count) for name, count in own.items() if count for done in range(count + 1)
+    ]
     objectives = found.objectives(found.members)
     assert is_best(objectives).all()
     assert np.all(np.diff(objectives[:, 0]) >= 0)

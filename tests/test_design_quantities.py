@@ -283,7 +283,7 @@ def test_one_study_tells_several_numbers(monkeypatch: pytest.MonkeyPatch) -> Non
 def test_unknown_quantities_are_answered_by_the_nearest() -> None:
     with pytest.raises(InputError, match="did you mean 'mean K_xx'"):
         quantity("mean Kxx")
-    with pytest.raises(InputError, match="quantity 'median K_xx' is not known"):
+    with pytest.raises(InputError, match="quantities: 'median K_xx' is no quantity that is known"):
         quantity("median K_xx")
     with pytest.raises(InputError, match="direction needs three numbers"):
         quantity("mean K(0,0,0)")

@@ -71,7 +71,14 @@ def test_counts_never_ask() -> None:
     assert counted(317, None) == "317"
 
 
-def test_an_interrupted_study_says_what_it_keeps(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(KeyboardInterrupt), goes_on("some.zarr"):
-        raise KeyboardInterrupt
+@pytest.mark.parametrize("leaving", [KeyboardInterrupt(), SystemExit(143)])
+def test_an_interrupted_study_says_what_it_keeps(leaving: BaseException, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(type(leaving)), goes_on("some.zarr"):
+        raise leaving
     assert capsys.readouterr() == ("", "some.zarr keeps what is worked out; the same command goes on\n")
+
+
+def test_a_study_that_ends_by_itself_says_nothing_of_it(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit), goes_on("some.zarr"):
+        raise SystemExit(2)
+    assert capsys.readouterr() == ("", "")

@@ -106,7 +106,8 @@ def aims_of(study: Study) -> tuple[Study, Aims]:
         InputError: for a quantity that is not known or that no machine has, none to seek, or limits that exclude each other.
     """
     given = study.given.optimise
-    goals = [Aim(quantity(name), sign) for names, sign in ((given.maximise, -1.0), (given.minimise, 1.0)) for name in names]
+    sought = ("maximise", given.maximise, -1.0), ("minimise", given.minimise, 1.0)
+    goals = [Aim(quantity(name, f"optimise.{key}"), sign) for key, names, sign in sought for name in names]
     if not goals:
         raise InputError('optimise: seeks nothing; give maximise or minimise, as in maximise = ["mean K_xx"]')
     names = [goal.asked.name for goal in goals]
@@ -126,7 +127,7 @@ def aims_of(study: Study) -> tuple[Study, Aims]:
 
 
 def _limits(given: GivenLimit) -> list[Limit]:
-    asked = quantity(given.quantity)
+    asked = quantity(given.quantity, "optimise.limits")
     found = []
     for key, text, sign in (("at_least", given.at_least, -1.0), ("at_most", given.at_most, 1.0)):
         if text is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -31,14 +32,19 @@ class Checked(NamedTuple):
     moments made comparable by the characteristic length), over some check points; NaN where none is reached."""
 
 
-def checked(study: Study, place: int, designs: Array) -> Checked:
-    """Look again at designs (n, d) of one of a study's machines."""
+def checked(study: Study, place: int, designs: Array, tell: Callable[[int], None] = lambda done: None) -> Checked:
+    """Look again at designs (n, d) of one of a study's machines; tells how many are done."""
+    tell(0)
     single = study.of(place).climbing()
     points = single.subjects[0].points
     finer = points._replace(steps=FINER * points.steps, rolls=FINER * points.rolls)
     again = dataclasses.replace(single, subjects=(single.subjects[0]._replace(points=finer),))
     values = Evaluation(again)(designs).values
-    return Checked(values, np.array([_structural(single, design) for design in designs]))
+    structural = np.zeros(len(designs))
+    for k, design in enumerate(designs):
+        structural[k] = _structural(single, design)
+        tell(k + 1)
+    return Checked(values, structural)
 
 
 def _structural(study: Study, design: Array) -> float:

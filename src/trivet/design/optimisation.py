@@ -124,7 +124,7 @@ def optimise(
                 missing.append(f"{name}: {error}")
         if not found:
             raise NoResultError("; ".join(missing))
-        return _together(asked, aims, found, tuple(missing))
+        return _together(asked, aims, found, tuple(missing), progress)
 
 
 def _told(progress: Progress, name: str, step: Step) -> None:
@@ -139,14 +139,14 @@ class _Found(NamedTuple):
     front: Front
 
 
-def _together(study: Study, aims: Aims, found: list[_Found], missing: tuple[str, ...]) -> Optimisation:
+def _together(study: Study, aims: Aims, found: list[_Found], missing: tuple[str, ...], progress: Progress) -> Optimisation:
     members = [one for own in found for one in _members(own)]
     beside = [one for own in found for one in _alternatives(own)]
     whole = Optimisation(study, aims, tuple(members), tuple(beside), missing)
     best = is_best(whole.objectives(whole.members))
     kept_members = [one for one, is_on in zip(members, best, strict=True) if is_on]
     others = [one for one, is_on in zip(members, best, strict=True) if not is_on]
-    again = [one for own in found for one in _again(own, [m for m in kept_members if m.place == own.problem.place])]
+    again = [one for own in found for one in _again(own, [m for m in kept_members if m.place == own.problem.place], progress)]
     order = np.argsort(whole.objectives(tuple(again))[:, 0], kind="stable")
     return Optimisation(study, aims, tuple(again[k] for k in order), (*others, *beside), missing)
 
@@ -197,14 +197,16 @@ def _values(found: _Found, designs: Array) -> Array:
     return remembered(found.memo, b"values", designs, lambda new: Evaluation(problem.single)(new).values)
 
 
-def _again(found: _Found, members: list[Member]) -> list[Member]:
+def _again(found: _Found, members: list[Member], progress: Progress) -> list[Member]:
     """Members of one of the machines, with what other ways say of them."""
     if not members:
         return []
     problem = found.problem
+    name = problem.study.names[problem.place]
 
     def work_out(designs: Array) -> Array:
-        looked = checked(problem.study, problem.place, designs)
+        count = len(designs)
+        looked = checked(problem.study, problem.place, designs, lambda done: progress(name, "check", done, count, len(members)))
         return np.column_stack([looked.values, looked.structural])
 
     rows = remembered(found.memo, b"again", np.array([one.design for one in members]), work_out)

@@ -58,8 +58,8 @@ class Quantity:
 Asked = Quantity | Studied
 
 
-def quantity(name: str) -> Asked:
-    """The quantity of a name.
+def quantity(name: str, key: str = "quantities") -> Asked:
+    """The quantity of a name, given under a key of a study file.
 
     Raises:
         InputError: for a name that is not known, with the nearest that are.
@@ -75,7 +75,7 @@ def quantity(name: str) -> Asked:
     reduction, _, rest = text.partition(" ")
     field = next((f for module in FIELDS if (f := module.read(rest)) is not None), None) if reduction in REDUCTIONS else None
     if field is None:
-        raise InputError(f"quantity '{text}' is not known{_hint(text)}")
+        raise InputError(f"{key}: '{text}' is no quantity that is known{_hint(text)}")
     return Quantity(
         text, field.kind, lambda stand: _reduced(field, reduction, stand), field.check, field.lacks, field, reduction
     )

@@ -45,7 +45,14 @@ def number(machine: Machine, path: str) -> Number:
     whole = join(document, keys) + (f".{last}" if is_member else "")
     if whole not in known:
         if not is_member and not any(leaf[: len(keys)] == keys for leaf in leaves(document)):
-            raise InputError(f'{path}: has no value in this machine; give it one to start from, such as --set {path}="…"')
+            within = sorted(f"{path}.{k.rsplit(f'.{path}.', 1)[-1]}" for k in known if f".{path}." in k)
+            if within:
+                raise InputError(f"{path}: is no number but holds some; name one of {', '.join(within)}")
+            if not head:
+                raise InputError(f"{path}: no such key in this machine{nearest(path, known)}")
+            raise InputError(
+                f'{path}: has no value in this machine; give it one to start from, in its file or by --set {path}="…"'
+            )
         beside = [k for k in known if k.startswith(whole + ".")]
         hint = f"; name one of {', '.join(beside)}" if beside else nearest(path, known)
         raise InputError(f"{path}: is no number of this machine that could change{hint}")

@@ -69,7 +69,7 @@ def run(
     with output.goes_on(file), output.progress(out.as_json, "") as advance:
 
         def tell(machine: str, stage: str, done: int, total: int, best: int) -> None:
-            advance(f"{machine}, {stage}, {best} on the front", done, total)
+            advance(f"{machine}, {stage}", done, total, f"({best} on the front)")
 
         result = optimise(
             asked,
