@@ -137,22 +137,22 @@ class Study:
 
         The middle where it has no such number, or where it is none of the choices.
         """
-        own = self._own(place)
+        own = self._described_values(place)
         return np.array(
             [variable.law.middle if value is None else value for variable, value in zip(self.variables, own, strict=True)]
         )
 
     def replaced(self, place: int) -> list[Variable]:
         """Variables none of whose choices is a machine's own: `described_of` has another one in its place."""
-        own = zip(self.variables, self._own(place), strict=True)
+        own = zip(self.variables, self._described_values(place), strict=True)
         return [variable for variable, value in own if value is None and variable.acts_on(place)]
 
-    def _own(self, place: int) -> list[float | None]:
+    def _described_values(self, place: int) -> list[float | None]:
         """The value of each variable in a machine; None where it has no such number, or none of the choices."""
         import jax
 
         numbers = jax.tree.leaves(self.subjects[place].machine)
-        return [_own(variable, variable.actions[place], numbers) for variable in self.variables]
+        return [_value_in(variable, variable.actions[place], numbers) for variable in self.variables]
 
     @cached_property
     def packed(self) -> str:
@@ -170,7 +170,7 @@ class Study:
         return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _own(variable: Variable, action: Action | None, numbers: Sequence[float]) -> float | None:
+def _value_in(variable: Variable, action: Action | None, numbers: Sequence[float]) -> float | None:
     """The value of a variable in a machine with these numbers."""
     if action is None:
         return None
