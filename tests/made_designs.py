@@ -1,4 +1,4 @@
-"""Sweeps and optimisations of studies whose values are made up, so that no kernel is compiled."""
+"""Studies of designs, and sweeps and optimisations of them whose values are made up, so that no kernel is compiled."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from trivet.design.sweep import Sweep, drawn, layout_of, sampling_of
 from trivet.model import Machine, load
 
 LENGTH = GivenVariable(of="link.length", low="205 mm", high="225 mm")
+OUTER = GivenVariable(of="sections.tube.outer_diameter", low="18 mm", high="25 mm")
 TUBE = GivenVariable(
     of=["sections.tube.outer_diameter", "sections.tube.inner_diameter"], name="tube",
     choices=[["19 mm", "14 mm"], ["25 mm", "19 mm"], ["30 mm", "22 mm"]],
@@ -38,6 +39,14 @@ def study(
         sweep=GivenSweep(count=count), optimise=GivenAims(**aims),
     )  # fmt: skip
     return study_of(given, own)
+
+
+def seeking(variables: Sequence[GivenVariable], aims: GivenAims, *machines: Machine) -> Study:
+    """What an optimisation asks; of azulay where no machine is given."""
+    own = machines or (load("azulay"),)
+    names = [machine.name for machine in own]
+    poses = GivenPoses(steps=2, rolls=36)
+    return study_of(StudyFile(machines=names, variables=list(variables), poses=poses, optimise=aims), own)
 
 
 def swept(asked: Study, folder: Path, values: Callable[[np.ndarray], np.ndarray], status: np.ndarray | None = None) -> Sweep:
