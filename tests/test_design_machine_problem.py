@@ -5,13 +5,17 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from made_designs import LENGTH, OUTER, seeking
 
-from trivet.design import studied
+from trivet.design import quantities, studied
 from trivet.design.aims import Aims, aims_of
+from trivet.design.looked import Looked
 from trivet.design.machine_problem import MachineProblem
+from trivet.design.quantities import Quantity
+from trivet.design.slopes import first_order
 from trivet.design.study_file import GivenAims, GivenLimit, GivenVariable
 from trivet.model import Machine, load
 
@@ -50,6 +54,31 @@ def test_a_model_is_the_problem_at_its_design_and_has_its_slopes() -> None:
         differences = (model.rows(design + step) - model.rows(design - step)) / (2 * step[k])
         size = np.abs(slopes[:, k]).max()
         assert differences == pytest.approx(slopes[:, k], rel=1e-5, abs=1e-7 * size)
+
+
+def test_numbers_of_all_check_points_together_follow_designs_as_reductions_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The range of a field is its greatest less its least: in values, in slopes, and in that all points are to be reached."""
+    field = quantities.quantity("mean K_zz").field
+    assert field is not None
+
+    def whole(looked: Looked) -> Any:
+        values = field.values(looked)
+        return jnp.where(looked.reached, values, -jnp.inf).max() - jnp.where(looked.reached, values, jnp.inf).min()
+
+    spread = Quantity("range", field.kind, whole=whole)
+    monkeypatch.setitem(quantities.ALONE, "range", spread)
+    study, aims = aims_of(seeking([LENGTH, CIRCLE], GivenAims(maximise=["range", "greatest K_zz"], minimise=["least K_zz"])))
+    assert [limit.words for limit in aims.limits] == ["reached at least 1"]
+    own, design = MachineProblem(study, 0, aims), np.array([0.2133, 0.1602])
+    across, greatest, least = own.values(design[None]).objectives[0] * [-1, -1, 1]
+    assert across == pytest.approx(greatest - least, rel=1e-12)
+    model = own.model(design)
+    rows, slopes = model.rows(design), model.slopes(design)
+    single, most, some = (np.flatnonzero(model.owner == k) for k in range(3))
+    assert rows[[single[0], most[0], some[0]]] == pytest.approx([-across, -greatest, least], rel=1e-9)
+    assert slopes[single[0]] == pytest.approx(slopes[most[0]] + slopes[some[0]], rel=1e-9)
+    first = dict(zip((own.name for own in study.quantities), first_order(study, 0).slope, strict=True))
+    assert first["range"] == pytest.approx(first["greatest K_zz"] - first["least K_zz"], rel=1e-9)
 
 
 def test_limits_are_measured_by_their_bounds() -> None:

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+import re
+from pathlib import Path
 from typing import Any
 
 import jax
 import numpy as np
 import pytest
 
+from trivet.design import studied
 from trivet.design.aims import aims_of
 from trivet.design.evaluation import Evaluation
 from trivet.design.machine_problem import MachineProblem
-from trivet.design.quantities import REDUCTIONS, Quantity, names, quantity, reduced
+from trivet.design.quantities import ALONE, FIELDS, REDUCTIONS, Quantity, names, quantity, reduced
 from trivet.design.slopes import first_order
 from trivet.design.study import CONTRADICTION, NOT_REACHED, WORKED_OUT, Study, study_of
 from trivet.design.study_file import GivenAims, GivenLimit, GivenLoad, GivenPoses, GivenVariable, StudyFile
@@ -278,6 +281,13 @@ def test_one_study_tells_several_numbers(monkeypatch: pytest.MonkeyPatch) -> Non
     assert len(worked) == 1
     np.testing.assert_allclose(model.slopes(np.array([0.02, 0.21])), [[-1e6, 0], [-1e6, 0], [-1, 0]], rtol=1e-6, atol=1e-6)
     assert len(worked) == 1 + 2 * 2
+
+
+def test_the_documentation_tells_of_every_quantity() -> None:
+    told = set(re.findall(r"`([^`\n]+)`", (Path(__file__).parents[1] / "docs" / "studies.md").read_text()))
+    names = [*ALONE, *studied.NAMES, *(name for module in FIELDS for name in module.NAMES)]
+    first = [name for name in names if not re.search(r"_(?:yy|zz|r.)$", name)]  # one of six stands for all
+    assert set(first) <= told
 
 
 def test_unknown_quantities_are_answered_by_the_nearest() -> None:

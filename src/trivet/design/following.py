@@ -55,11 +55,12 @@ class Held(NamedTuple):
     def looked(self, stand: Stand, design: Scalar) -> Looked:
         """A machine near the design at the rolls that follow."""
         roll = self.roll + self.turn @ (design - self.design)
-        return stand.at_rolls(_angle(roll), self.reached).parts(self.point)
+        return stand.at_rolls(_angle(roll), self.reached).parts(self.point, self.reached)
 
     def freely(self, stand: Stand, count: int) -> Looked:
         """So many check points, reached or not, at the rolls with the most room; those that have the most of it."""
-        return stand.at_rolls(_angle(self.freest), self.reached).parts(self.roomiest[:count])
+        some = self.roomiest[:count]
+        return stand.at_rolls(_angle(self.freest), self.reached).parts(some, self.reached[some])
 
 
 def nowhere(design: Array) -> Held:

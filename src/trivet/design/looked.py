@@ -78,7 +78,7 @@ class Points(NamedTuple):
 
 
 class Looked:
-    """A machine at poses (n,)."""
+    """A machine at poses (n,), and whether what each stands for is reached: where it is not, the pose says nothing."""
 
     def __init__(self, machine: Machine, poses: Frame, reached: Scalar, signs: Any, scene: Scene, load: Load) -> None:
         self.machine, self.poses, self.reached = machine, poses, reached
@@ -91,10 +91,10 @@ class Looked:
         upper = jax.vmap(lambda pose: tuple(platform_stiffness(mechanism, pose, self.signs)[0].upper()))(self.poses)
         return Symmetric.of(6, list(upper))
 
-    def parts(self, index: Any) -> Looked:
-        """The machine at some of the poses."""
+    def parts(self, index: Any, reached: Any) -> Looked:
+        """The machine at some of the poses, and whether what they stand for is reached."""
         poses = jax.tree.map(lambda c: jnp.asarray(c)[index], self.poses)
-        return Looked(self.machine, poses, self.reached[index], self.signs, self.scene, self.load)
+        return Looked(self.machine, poses, reached, self.signs, self.scene, self.load)
 
 
 class Stand:

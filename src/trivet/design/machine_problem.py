@@ -22,10 +22,9 @@ from trivet.design.fields import margins
 from trivet.design.following import Follower, Held, nowhere
 from trivet.design.front.problem import Values
 from trivet.design.looked import Stand
-from trivet.design.quantities import GREATEST, HOME, LEAST, REACHED, Quantity, reduced
+from trivet.design.quantities import REACHED, Quantity
 from trivet.design.study import Study
 from trivet.design.variables import machine_of
-from trivet.space.scalar import Scalar
 
 Array = NDArray[Any]
 
@@ -117,18 +116,7 @@ class MachineProblem:
             # As many as the limit asks for; of those that are not reached, rows and slopes tell what is missing.
             count = math.ceil(own.bound * len(held.roll) - ROUNDING)
             return -margins.room(held.freely(stand, max(1, count)))
-        values = jnp.atleast_1d(_parts(own.asked, stand, design, held))
-        return own.of(values)
-
-
-def _parts(asked: Quantity, stand: Stand, design: Any, held: Held) -> Scalar:
-    """The quantity, or the parts (n,) whose least or greatest it is."""
-    if asked.field is None:
-        return asked.value(stand)
-    if asked.reduction == HOME:
-        return asked.field.values(stand.home).mean()
-    values = asked.field.values(held.looked(stand, design))
-    return values if asked.reduction in (LEAST, GREATEST) else reduced(values, held.reached, asked.reduction)
+        return own.of(own.asked.rows(stand, lambda: held.looked(stand, design), own.sign))
 
 
 class MachineModel:

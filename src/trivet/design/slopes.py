@@ -16,12 +16,10 @@ from numpy.typing import NDArray
 
 from trivet.design.evaluation import Evaluation
 from trivet.design.following import Follower, Held, nowhere
-from trivet.design.looked import Stand
 from trivet.design.machine_problem import STEP, standing
-from trivet.design.quantities import HOME, REACHED, Quantity, reduced
+from trivet.design.quantities import REACHED, Quantity
 from trivet.design.studied import Studied
 from trivet.design.study import Study
-from trivet.space.scalar import Scalar
 
 Array = NDArray[Any]
 
@@ -126,19 +124,13 @@ def _by_jax(single: Study, design: Array, asked: _Asked, told: Callable[[], None
         told()
 
     def values(design: Any, held: Held) -> Any:
-        found = jnp.stack([_value(own, stand(design), design, held) for own in asked.smooth.values()])
+        own = stand(design)
+        found = jnp.stack([one.value(own, lambda: held.looked(own, design)) for one in asked.smooth.values()])
         return found, found
 
     slopes, found = (np.asarray(own) for own in jax.jit(jax.jacfwd(values, has_aux=True))(design, held))
     told()
     return found, slopes
-
-
-def _value(own: Quantity, stand: Stand, design: Any, held: Held) -> Scalar:
-    """A quantity, with rolls that follow."""
-    if own.field is None or own.reduction == HOME:
-        return own.value(stand)
-    return reduced(own.field.values(held.looked(stand, design)), held.reached, own.reduction)
 
 
 def _moved(study: Study, place: int) -> list[int]:
