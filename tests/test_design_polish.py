@@ -348,6 +348,39 @@ def test_limits_that_bend_away_from_their_models_are_followed():
     assert point.both[1] <= 1e-9
 
 
+def test_limits_that_are_missed_by_rounding_are_met():
+    """A cone between curved ground: quadratic programming itself misses it by a few 1e-9."""
+
+    def kernel(x):
+        cone = jnp.sqrt(x[0] ** 2 + x[1] ** 2 + 1e-16) - x[2]
+        return (x[2],), (cone,), (1 - x[0] - 2 * x[1] + 0.2 * x[0] ** 2,)
+
+    toy = Toy(kernel, [-2, -2, 0], [2, 2, 3], ("height",), ("cone", "ground"))
+    model = toy.model
+
+    def stiff(at):  # 70 % of how rows bend
+        made = model(at)
+        here, by = made.rows(at), made.slopes(at)
+        return Rows(
+            made.owner, lambda x: 0.3 * (here + by @ (x - at)) + 0.7 * made.rows(x), lambda x: 0.3 * by + 0.7 * made.slopes(x)
+        )
+
+    toy.model = stiff
+    start = np.array([1.7, 0.3, 0.9])
+    point = polisher(toy, start).pursued(start, improving(start[2:], np.ones(1), np.ones(1), 2))
+    assert np.max(point.both[1:]) <= 1e-9
+    assert point.both[0] == pytest.approx(0.4506228794, abs=1e-7)
+
+
+def test_a_model_without_bounds_that_bend_is_asked_once():
+    """Far from true, so that steps lead to nothing: asked again, it would say the same."""
+    toy = Rolling()
+    toy.values = lambda designs: Values(1 + np.abs(designs - [0.1, 0.95]).sum(axis=1)[:, None], -np.ones((len(designs), 1)))
+    about = polisher(toy, [0.1, 0.95])
+    about.pursued(np.array([0.1, 0.95]), improving(np.ones(1), np.ones(1), np.ones(1), 1))
+    assert about.few.count == 2 + 4 * toy.models
+
+
 class Ending(Bending):
     """Along x + 0.6 y within a circle that no constraint tells: beyond it there are no values."""
 

@@ -146,12 +146,12 @@ class Polisher:
         for _ in range(ROUNDS):
             better, promised, tried = self._once(point, goal, far, near)
             way.append(tried)
-            misses = 0 if better else misses + (1 if promised > 0 else 2)
-            if abs(promised) < self.how.precision or misses >= MISSES:
-                break
             if better is None:
+                misses += 1 if promised > 0 else 2
+                if abs(promised) < self.how.precision or misses >= MISSES:
+                    break
                 continue
-            gained, point = gain(goal, point.both, better.both), better
+            gained, point, misses = gain(goal, point.both, better.both), better, 0
             if gained < self.how.precision or self.is_late:
                 break
         if not self.is_late:
@@ -171,17 +171,20 @@ class Polisher:
         found, promised = program.solved(STEPS, self.how.precision)
         tried = whole = self._on_the_way(point, found)
         best = _best(goal, point, tried)
-        for _ in range(BENT if promised > self.how.precision else 0):
-            if (best is not None and tried[best] is whole[0]) or not np.isfinite(whole[0].both).all():
-                break
+        for _ in range(BENT if promised > self.how.precision or not _is_met(goal, point) else 0):
+            is_whole = best is not None and tried[best] is whole[0]
             # Limits bend away from their models: the same once more, farther inside by what the whole step missed them by.
-            program = replace(program, goal=program.goal.within(whole[0].both - program.both(found)))
+            nearer = program.goal.within(whole[0].both - np.fmin(program.both(found), goal.reference))
+            if is_whole or not np.isfinite(whole[0].both).all() or np.array_equal(nearer.reference, program.goal.reference):
+                break
+            program = replace(program, goal=nearer)
             found, _ = program.solved(STEPS, self.how.precision)
             whole = self._on_the_way(point, found)
             tried, best = tried + whole, _best(goal, point, tried + whole)
         if promised < -self.how.precision and best != 0:
             # Quadratic programming lost its way, as where rows end: they may be true near by, where they are as good as linear.
-            first, tried = len(tried), tried + self._on_the_way(point, replace(program, radius=near.radius).linear())
+            program = replace(program, goal=goal, radius=near.radius)
+            first, tried = len(tried), tried + self._on_the_way(point, program.linear())
             best = _best(goal, point, tried)
             near.went(None if best is None or best < first else BACK[best - first])
         if promised > 0 or best is None:
@@ -214,3 +217,8 @@ def _best(goal: Goal, point: Point, tried: list[Point]) -> int | None:
     missed, t = goal.attained(np.array([point.both, *(one.both for one in tried)]))
     best = int(np.lexsort((t, missed))[0])
     return best - 1 if best else None
+
+
+def _is_met(goal: Goal, point: Point) -> bool:
+    """Whether a point meets the bounds of a goal."""
+    return bool(goal.attained(point.both[None])[0][0] == 0)
