@@ -190,6 +190,8 @@ def test_a_memo_is_a_regular_file(tmp_path: Path) -> None:
     for path in (tmp_path / "pipe", Path("/dev/null")):
         with pytest.raises(InputError, match="is not a regular file"), kept(path, "one"):
             pass
+    with pytest.raises(InputError, match="is a folder, as a sweep makes"), kept(tmp_path, "one"):
+        pass
 
 
 def test_fronts_without_points_or_time_are_refused() -> None:

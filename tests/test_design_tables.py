@@ -16,7 +16,7 @@ from rich.console import Console
 from trivet.design.engine import Outcome
 from trivet.design.front.front import Bound
 from trivet.design.optimisation import Optimisation, _ends
-from trivet.design.study_file import GivenVariable
+from trivet.design.study_file import GivenLimit, GivenVariable
 from trivet.model import load
 from trivet.views import optimisation, sweep
 from trivet.views.fitted import Fitted
@@ -60,6 +60,21 @@ def test_a_front_is_silent_on_variables_that_its_machines_lack() -> None:
     assert second == {"link": None, "link-2": 0.602}
     choice = optimisation.as_json(front(LINK, TUBE))["front"]
     assert [one["design"]["tube"] for one in choice[:2]] == [None, "120 mm"]
+
+
+def test_limits_that_do_not_hold_between_the_check_points_are_told() -> None:
+    """Two designs of three miss the margin which they have at the check points, one by all of it; a hair counts as kept."""
+    limits = [GivenLimit("least travel margin", at_least=0.15), GivenLimit("mass", at_most="1 kg")]
+    asked = study((), [LINK], [load("azulay")], maximise=[STIFF], limits=limits)
+    agains = [[1e6, margin, mass, 1.0] for margin, mass in ((0.1499, 1.0), (0.0, 1.0001), (0.1, 0.5))]
+    result = optimised(asked, [member(0, [1.0], [1e6, 0.15, 1.0, 1.0], again=np.array(again)) for again in agains])
+    text = shown(optimisation.tables(result), 200)
+    (told,) = [line for line in text if line.startswith("there")]
+    assert told.startswith(
+        "there 2 of 3 designs miss 'least travel margin at least 0.15', at 0 at the worst; take a finer lattice"
+    )
+    told = [one["missed_over_finer"] for one in optimisation.as_json(result)["front"]]
+    assert told == [[], ["least travel margin at least 0.15"], ["least travel margin at least 0.15"]]
 
 
 def test_ends_of_what_a_machine_lacks_hold_nothing() -> None:

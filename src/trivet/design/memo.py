@@ -180,6 +180,8 @@ def kept(
     name = os.fspath(path)
     try:
         descriptor = os.open(name, os.O_RDWR | os.O_CREAT, 0o666)
+    except IsADirectoryError:
+        raise InputError(f"{name}: is a folder, as a sweep makes; choose another name (--store)") from None
     except OSError as error:
         raise InputError(f"{name}: cannot be written: {error.strerror or error}") from None
     try:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trivet.design.aims import Aims, aims_of, seen
+from trivet.design.aims import Aims, Limit, aims_of, seen
 from trivet.design.checking import checked
 from trivet.design.evaluation import Array, Evaluation
 from trivet.design.front.archive import is_best
@@ -24,6 +24,9 @@ from trivet.design.memo import Part, kept, remembered
 from trivet.design.study import Study
 from trivet.errors import InputError, NoResultError
 from trivet.model import Machine
+
+KEPT = 1e-3
+"""By how much a limit may be missed over finer check points, between those at which it was held, and counts as kept."""
 
 Progress = Callable[[str, str, int, int, int], None]
 """Called with the machine, the stage, how much of it is done and of how much, and how many designs are on the front."""
@@ -70,6 +73,12 @@ class Optimisation:
     def machine(self, member: Member) -> Machine:
         """The machine that a member is."""
         return self.study.machine(member.place, member.design)
+
+    def missed(self, member: Member) -> dict[Limit, float]:
+        """Limits that a member of the front does not keep over finer check points and rolls, and by how much (`Limit.of`)."""
+        values = dict(zip(self.columns, member.again.tolist(), strict=True))
+        found = {limit: float(limit.of(values[limit.asked.name])) for limit in self.aims.limits}
+        return {limit: by for limit, by in found.items() if not by <= KEPT}
 
     def objectives(self, members: tuple[Member, ...]) -> Array:
         """(n, m), all to be small."""

@@ -50,9 +50,7 @@ def number(machine: Machine, path: str) -> Number:
                 raise InputError(f"{path}: is no number but holds some; name one of {', '.join(within)}")
             if not head:
                 raise InputError(f"{path}: no such key in this machine{nearest(path, known)}")
-            raise InputError(
-                f'{path}: has no value in this machine; give it one to start from, in its file or by --set {path}="…"'
-            )
+            raise InputError(f"{path}: has no value in this machine; give it one to start from in its file")
         beside = [k for k in known if k.startswith(whole + ".")]
         hint = f"; name one of {', '.join(beside)}" if beside else nearest(path, known)
         raise InputError(f"{path}: is no number of this machine that could change{hint}")

@@ -25,6 +25,7 @@ def tables(result: Optimisation) -> Iterator[Any]:
     if result.alternatives:
         yield _front(result, result.alternatives, "dominated designs beside them", "the variables of these", BESIDE)
     yield _again(result)
+    yield from _missed(result)
     yield from (f"without a design: {reason}" for reason in result.missing)
 
 
@@ -64,7 +65,7 @@ def _holding(result: Optimisation) -> Any:
 
 def _again(result: Optimisation) -> str:
     finer = [
-        f"{own.name} {100 * worst:.2g} %"
+        f"{own.name} {100 * worst:.3g} %"
         for k, own in enumerate(result.study.quantities)
         if np.isfinite(worst := _greatest_change(result, k))
     ]
@@ -73,6 +74,17 @@ def _again(result: Optimisation) -> str:
         f"worked out again over twice the lattice and twice the rolls: {', '.join(finer) or 'nothing'} is the greatest change; "
         f"by matrix structural analysis the stiffness differs by {structural:.1e} at most"
     )
+
+
+def _missed(result: Optimisation) -> Iterator[str]:
+    """Limits that do not hold between the check points at which they were asked for."""
+    missed = [result.missed(member) for member in result.members]
+    for limit in result.aims.limits:
+        by = [own[limit] for own in missed if limit in own]
+        if by:
+            worst = f"{limit.missed(max(by))} at the worst" if np.isfinite(by).all() else f"'{limit.words}'"
+            remedy = "take a finer lattice (poses.steps), or ask for more than you need"
+            yield f"there {len(by)} of {len(missed)} designs miss {worst}; {remedy}"
 
 
 def _greatest_change(result: Optimisation, k: int) -> float:
@@ -102,6 +114,7 @@ def _member(result: Optimisation, member: Member) -> dict[str, Any]:
         "design": design_json(result.study, member.place, member.design),
         "quantities": {name: finite(value) for name, value in zip(keys, member.values, strict=True)},
         "finer": {name: finite(value) for name, value in zip(keys, again, strict=True)},
+        "missed_over_finer": [limit.words for limit in result.missed(member)] if len(member.again) else [],
         "is_polished": member.is_polished,
         "held_by": [*member.active, *member.bounds],
         "difference_from_structural_analysis": finite(member.structural),
