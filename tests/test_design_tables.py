@@ -159,5 +159,11 @@ def test_unknowns_as_described_are_those_of_the_machine(trivet: Any, tmp_path: P
         "variables": [{"of": path, "low": "50 mm", "high": "300 mm"} for path in ("link.length", "link-2.length")],
     }  # fmt: skip
     (tmp_path / "study.toml").write_text(tomli_w.dumps(document), encoding="utf-8")
-    found = json.loads(trivet("sensitivity", "study.toml", "--json")[1])["as_described"]
-    assert [[value is None for value in own.values()] for own in found] == [[False, True], [True, False]]
+    found = json.loads(trivet("sensitivity", "study.toml", "--json")[1])
+    lacks = [[False, True], [True, False]]
+    assert [[value is None for value in own.values()] for own in found["as_described"]] == lacks
+    assert [[v is None for v in own["sobol"]["first"].values()] for own in found["quantities"]] == lacks
+    assert [[v is None for v in own["first_order"]["slopes_SI"].values()] for own in found["quantities"]] == lacks
+    rows = [line.split() for line in trivet("sensitivity", "study.toml")[1].splitlines() if "mass of " in line]
+    assert sum(row[2] == "azulay" and row[-1] == "-" for row in rows) == 4
+    assert sum(row[2:4] == ["glozman", "-"] for row in rows) == 4

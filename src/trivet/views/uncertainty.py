@@ -83,10 +83,11 @@ def _spreads(result: Uncertainty) -> Any:
 
 
 def _by_variable(result: Uncertainty, title: str, cells: Sequence[Sequence[str]]) -> Any:
-    """A row per quantity, a column per variable."""
-    rows = table(title, "", *(variable.name for variable in result.study.variables))
-    for name, row in zip(result.column_names, cells, strict=True):
-        rows.add_row(name, *row)
+    """A row per quantity, a column per variable; a dash by one that the machine has no such number of."""
+    variables = result.study.variables
+    rows = table(title, "", *(variable.name for variable in variables))
+    for name, column, row in zip(result.column_names, result.study.columns, cells, strict=True):
+        rows.add_row(name, *(cell if one.acts_on(column.place) else "-" for one, cell in zip(variables, row, strict=True)))
     return Fitted(rows)
 
 
@@ -204,7 +205,9 @@ def _quantity_json(result: Uncertainty, column: int) -> dict[str, Any]:
     kind, variables = own.asked.kind, result.study.variables
 
     def by_variable(values: np.ndarray) -> dict[str, Any]:
-        return {one.name: finite(value) for one, value in zip(variables, values, strict=True)}
+        return {
+            one.name: finite(value) if one.acts_on(own.place) else None for one, value in zip(variables, values, strict=True)
+        }
 
     return {
         "name": own.asked.name,
