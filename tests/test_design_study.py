@@ -71,7 +71,15 @@ VARIABLE = {
     "one choice twice": ({"of": "link.length", "choices": ["200 mm", "0.2 m"]}, "the same choice is given twice"),
     "choices of another width": (
         {"of": ["link.length", "guide.radius"], "choices": [["1 mm", "2 mm", "3 mm"]]},
-        "has 3 values; of names 2 numbers",
+        "variables.1.choices.1: [1 mm, 2 mm, 3 mm]: 3 given, 2 needed",
+    ),
+    "a choice that lacks a value": (
+        {"of": ["link.length", "guide.radius"], "name": "size", "choices": [["1 mm", "2 mm"], ["3 mm"]]},
+        "variables.size.choices.2: [3 mm]: 1 given, 2 needed; a value that all are to have stands without brackets",
+    ),
+    "more factors than one": (
+        {"scale": ["link.length", "guide.radius"], "choices": [[0.9, 1.1]]},
+        "variables.1.choices.1: [0.9, 1.1]: 2 given, 1 needed",
     ),
     "choices and a range": ({**LENGTH, "choices": ["200 mm"]}, "go without"),
 }  # fmt: skip
@@ -161,6 +169,11 @@ def test_factors_multiply_what_other_variables_set(tmp_path: Path) -> None:
     guide, own = made.chains["leg"].elements[0], load("azulay").chains["leg"].elements[0]
     assert made.chains["leg"].elements[3].length == pytest.approx(1.1 * 0.21, rel=1e-15)
     assert guide.radius == pytest.approx(1.1 * float(own.radius), rel=1e-15)
+
+
+def test_a_choice_without_brackets_is_of_all_dimensions(tmp_path: Path) -> None:
+    both = {"of": ["link.length", "guide.radius"], "choices": ["150 mm", ["200 mm", "160 mm"]]}
+    assert study(tmp_path, variables=[both]).variables[0].choices == ((0.15, 0.15), (0.2, 0.16))
 
 
 def test_a_machine_as_described_is_a_design_wherever_ranges_are(tmp_path: Path) -> None:

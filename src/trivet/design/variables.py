@@ -167,13 +167,13 @@ def _choice(
         raise InputError(f"{label}: has choices; low, high, law and deviation go without")
     width = len(kinds)
     rows, labels = [], []
-    for choice in given.choices or ():
+    for place, choice in enumerate(given.choices or (), 1):
+        key = f"{label}.choices.{place}"
         parts = choice if isinstance(choice, list) else [choice]
-        if len(parts) not in (1, width):
-            raise InputError(f"{label}.choices: {parts} has {len(parts)} values; of names {width} numbers")
-        values = [
-            _parsed(f"{label}.choices", kind, part) for kind, part in zip(kinds, parts * (width // len(parts)), strict=True)
-        ]
+        if isinstance(choice, list) and len(parts) != width:
+            told = f"[{', '.join(map(str, parts))}]: {len(parts)} given, {width} needed"
+            raise InputError(f"{key}: {told}; a value that all are to have stands without brackets")
+        values = [_parsed(key, kind, part) for kind, part in zip(kinds, parts * (width // len(parts)), strict=True)]
         rows.append(tuple(values * (count // width)))
         labels.append(" × ".join(dict.fromkeys(str(part) for part in parts)))
     if len(set(rows)) < len(rows):
