@@ -17,11 +17,11 @@ from trivet.design.evaluation import Evaluation
 from trivet.design.machine_problem import MachineProblem
 from trivet.design.quantities import ALONE, FIELDS, REDUCTIONS, Quantity, names, quantity, reduced
 from trivet.design.slopes import first_order
-from trivet.design.study import CONTRADICTION, NOT_REACHED, WORKED_OUT, Study, study_of
+from trivet.design.study import CONTRADICTION, NO_RESULT, NOT_REACHED, PARTLY, WORKED_OUT, Study, study_of
 from trivet.design.study_file import GivenAims, GivenLimit, GivenLoad, GivenPoses, GivenVariable, StudyFile
 from trivet.dynamics.batch import Case, drive_motion
 from trivet.dynamics.equations import REST, State
-from trivet.errors import InputError
+from trivet.errors import InputError, NoResultError
 from trivet.kinematics.jacobian import actuators
 from trivet.kinematics.mode import closed_form_signs
 from trivet.kinematics.standing import bodies, home_pose
@@ -184,15 +184,46 @@ def test_a_design_is_the_machine_of_the_changed_file() -> None:
 
 
 def test_contradictions_and_places_out_of_reach_are_told_apart() -> None:
-    asked = study("azulay", ("mean K_xx", "mass"))
-    found = Evaluation(asked)(np.array([[0.216, 2, 1.0], [0.05, 0, 1.0], [0.216, 0, 1.0]]))
-    # The mass is there whether a machine reaches anything or not.
-    assert list(found.status) == [CONTRADICTION, WORKED_OUT, WORKED_OUT]
+    asked = study("azulay", ("mean K_xx", "mass", "reached"))
+    designs = np.array([[0.216, 2, 1.0], [0.05, 0, 1.0], [0.195, 0, 1.0], [0.216, 0, 1.0]])
+    found = Evaluation(asked)(designs)
+    # The mass, and that nothing is reached, are there all the same.
+    assert list(found.status) == [CONTRADICTION, NOT_REACHED, PARTLY, WORKED_OUT]
     assert np.isnan(found.values[0]).all()
     assert np.isnan(found.values[1, 0])
-    assert np.isfinite(found.values[2]).all()
-    alone = Evaluation(asked.asking(["mean K_xx"]))(np.array([[0.05, 0, 1.0]]))
-    assert list(alone.status) == [NOT_REACHED]
+    assert found.values[1, 2] == 0
+    assert 0 < found.values[2, 2] < 1
+    assert np.isfinite(found.values[2:]).all()
+    # Known without asking for it; home, where no check point is asked for; nothing asks a mass for a pose.
+    cases = {
+        ("mean K_xx",): [NOT_REACHED, PARTLY], ("home K_xx", "mass"): [NOT_REACHED, WORKED_OUT], ("mass",): [WORKED_OUT] * 2,
+    }  # fmt: skip
+    for own, expected in cases.items():
+        assert list(Evaluation(asked.asking(own))(designs).status) == [CONTRADICTION, *expected, WORKED_OUT], own
+
+
+def test_of_several_machines_the_one_that_comes_off_worst_decides() -> None:
+    given = StudyFile(
+        machines=["azulay", "glozman"], quantities=["mean K_xx", "mass"], poses=GivenPoses(steps=STEPS, rolls=ROLLS),
+        variables=[
+            GivenVariable(of="link.length", low="50 mm", high="250 mm"),
+            GivenVariable(of="link-2.length", low="10 mm", high="250 mm"),
+        ],
+    )  # fmt: skip
+    found = Evaluation(study_of(given, [load(name) for name in given.machines]))(
+        np.array([[0.05, 0.114], [0.195, 0.114], [0.216, 0.01], [0.195, 0.01], [0.216, 0.114]])
+    )
+    assert list(found.status) == [NOT_REACHED, PARTLY, NOT_REACHED, NOT_REACHED, WORKED_OUT]
+
+
+def test_studies_of_their_own_tell_of_no_reach(monkeypatch: pytest.MonkeyPatch) -> None:
+    def none(at: Any) -> list[Minimum]:
+        raise NoResultError("the machine collides")
+
+    monkeypatch.setattr("trivet.study.frf.minimum_dynamic_stiffness", none)
+    asked, designs = study("azulay", ("home D_xx", "mass")), np.array([[0.216, 2, 1.0], [0.216, 0, 1.0]])
+    assert list(Evaluation(asked)(designs).status) == [CONTRADICTION, NO_RESULT]
+    assert list(Evaluation(asked.asking(["home D_xx", "home K_xx"]))(designs).status) == [CONTRADICTION, WORKED_OUT]
 
 
 def test_values_do_not_depend_on_what_else_is_worked_out() -> None:

@@ -16,6 +16,7 @@ from rich.console import Console
 from trivet.design.engine import Outcome
 from trivet.design.front.front import Bound
 from trivet.design.optimisation import Optimisation, _ends
+from trivet.design.study import PARTLY, WORKED_OUT
 from trivet.design.study_file import GivenLimit, GivenVariable
 from trivet.model import load
 from trivet.views import optimisation, sweep
@@ -123,6 +124,23 @@ def test_a_sweep_is_silent_on_variables_that_the_machine_of_a_quantity_lacks(tmp
     first, second = sweep.as_json(result, Outcome(1, 1, (), ()))["quantities"]
     assert first["least_at"] == {"design": first["least_at"]["design"], "link": first["least"], "link-2": None}
     assert second["greatest_at"]["link"] is None
+
+
+def test_a_sweep_says_how_many_designs_miss_check_points(tmp_path: Path) -> None:
+    asked = study((STIFF,), (LINK,), [load("azulay")])
+    part = np.where(np.arange(50) < 7, PARTLY, WORKED_OUT)
+    text = shown(sweep.tables(swept(asked, tmp_path / "part", lambda designs: designs, part), Outcome(1, 1, (), ())), 200)
+    assert text[0] == "azulay: 50 designs, 43 worked out; 7 worked out but for check points out of reach"
+    assert text[-1] == sweep.REACHED_ALONE
+    text = shown(sweep.tables(swept(asked, tmp_path / "whole", lambda designs: designs), Outcome(1, 1, (), ())), 200)
+    assert sweep.REACHED_ALONE not in text
+
+
+def test_a_sweep_in_which_nothing_changes_has_no_designs_at_the_ends(tmp_path: Path) -> None:
+    result = swept(study((LIGHT,), (LINK,), [load("azulay")]), tmp_path / "s", np.ones_like)
+    text = shown(sweep.tables(result, Outcome(1, 1, (), ())), 200)
+    assert "quantities over the designs" in text
+    assert "designs at the ends" not in text
 
 
 def test_commands_keep_to_the_width_there_is(trivet: Any, tmp_path: Path) -> None:

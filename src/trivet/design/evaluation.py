@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trivet.design.looked import Stand
-from trivet.design.quantities import Quantity
+from trivet.design.quantities import Asked, Quantity
 from trivet.design.rolls import turns
 from trivet.design.studied import Studied, worked
-from trivet.design.study import CONTRADICTION, NOT_REACHED, WORKED_OUT, Column, Study
+from trivet.design.study import CONTRADICTION, NO_RESULT, NOT_REACHED, PARTLY, WORKED_OUT, Column, Study
 from trivet.design.variables import machine_of
 from trivet.model.rules import kept
 from trivet.space.batches import in_threads
+from trivet.space.scalar import Scalar
 from trivet.space.surface import hemisphere
 
 Array = NDArray[Any]
@@ -95,16 +96,14 @@ class Evaluation:
         """Designs (n, d) worked out."""
         count = len(designs)
         values = np.full((count, len(self.columns)), np.nan)
-        good, reached = np.ones(count, dtype=bool), np.ones(count, dtype=bool)
+        good = np.ones(count, dtype=bool)
         for place in range(len(self.study.subjects)):
             good &= self._kept(place, designs)
         rows = np.flatnonzero(good)
+        status = np.where(good, WORKED_OUT, CONTRADICTION).astype(np.int8)
         for place in range(len(self.study.subjects)):
-            self._by_kernel(place, designs, rows, values)
-            self._by_study(place, designs, rows, values)
-            if self._had[place]:
-                reached &= np.isfinite(values[:, self._had[place]]).any(axis=1)
-        status = np.where(good, np.where(reached, WORKED_OUT, NOT_REACHED), CONTRADICTION).astype(np.int8)
+            for work in (self._by_kernel, self._by_study):
+                status[rows] = np.maximum(status[rows], work(place, designs, rows, values))
         return Worked(values, status)
 
     @cached_property
@@ -121,10 +120,11 @@ class Evaluation:
         machine = machine_of(self.study.subjects[place].machine, place, self.study.variables, list(designs.T))
         return np.broadcast_to(kept(machine), len(designs))
 
-    def _by_kernel(self, place: int, designs: Array, rows: Array, values: Array) -> None:
+    def _by_kernel(self, place: int, designs: Array, rows: Array, values: Array) -> Any:
+        """Fill in values of the rows; what these have come to."""
         columns = [k for k in self._had[place] if isinstance(self.columns[k].asked, Quantity)]
         if not columns or not len(rows):
-            return
+            return WORKED_OUT
         kernel = self.kernel(place)
         size = self.piece
 
@@ -134,16 +134,21 @@ class Evaluation:
                 yield designs[rows[index]]
 
         found = np.concatenate(list(in_threads(lambda piece: np.asarray(kernel(piece)), pieces())))[: len(rows)]
-        values[rows[:, None], columns] = found
+        values[rows[:, None], columns] = found[:, :-1]
+        return found[:, -1].astype(np.int8)
 
-    def _by_study(self, place: int, designs: Array, rows: Array, values: Array) -> None:
+    def _by_study(self, place: int, designs: Array, rows: Array, values: Array) -> Any:
+        """The same of studies of their own, which say what designs have come to where nothing else asks for poses."""
         own = {k: asked for k in self._had[place] if isinstance(asked := self.columns[k].asked, Studied)}
         points, mode = self.study.subjects[place].points, self.study.given.poses.mode
         for row in rows if own else ():
             values[row, list(own)] = worked(list(own.values()), self.study.machine(place, designs[row]), points, mode)
+        if not own or _poses([self.columns[k].asked for k in self._had[place]]):
+            return WORKED_OUT
+        return np.where(np.isfinite(values[rows][:, list(own)]).any(axis=1), WORKED_OUT, NO_RESULT)
 
     def kernel(self, place: int) -> Callable[[Array], Any]:
-        """The compiled kernel of one machine: designs (piece, d) to quantities (piece, q)."""
+        """The compiled kernel of one machine: designs (piece, d) to quantities and status (piece, q + 1)."""
         if place not in self._kernels:
             self._kernels[place] = self._made(place)
         return self._kernels[place]
@@ -165,12 +170,26 @@ class Evaluation:
             def one(design: Any) -> Any:
                 machine = machine_of(base, place, study.variables, list(design))
                 stand = Stand(machine, subject.points, signs, subject.scene, study.load)
-                return jnp.stack([own.value(stand) for own in asked])
+                return jnp.stack([*(own.value(stand) for own in asked), _status(asked, stand)])
 
             return jax.lax.map(one, designs, batch_size=self.tile if self.tile > 1 else None)
 
         held, signs = [np.float64(v) for v in numbers], jnp.asarray(subject.signs)
         return lambda designs: run(held, signs, designs)
+
+
+def _poses(asked: Sequence[Asked]) -> list[Quantity]:
+    """The quantities that a kernel works out over poses."""
+    return [own for own in asked if isinstance(own, Quantity) and own.own is None]
+
+
+def _status(asked: Sequence[Quantity], stand: Stand) -> Scalar:
+    """What a machine has come to: by its check points, or by home where they are not asked for."""
+    own = _poses(asked)
+    if not own:
+        return jnp.asarray(float(WORKED_OUT))
+    reached = (stand.surface if any(one.is_over_points for one in own) else stand.home).reached
+    return jnp.where(reached.all(), WORKED_OUT, jnp.where(reached.any(), PARTLY, NOT_REACHED)).astype(float)
 
 
 def _room(device: Any) -> int:

@@ -32,12 +32,15 @@ from trivet.study.stiffness_map import roll_symmetry, workpiece_of
 
 Array = NDArray[Any]
 
-WORKED_OUT, CONTRADICTION, NOT_REACHED = 1, 2, 3
+WORKED_OUT, PARTLY, NO_RESULT, NOT_REACHED, CONTRADICTION = 1, 2, 3, 4, 5
+"""What a design can come to; of several machines the one that comes off worst, the greatest, decides."""
 STATUSES = (
     NOT_YET,
     "worked out",
+    "worked out but for check points out of reach",
+    "with a machine of which no study has a result",
+    "with a machine that reaches no check point",
     "with numbers that contradict each other",
-    "with a machine that reaches no pose",
 )
 
 

@@ -17,7 +17,7 @@ from trivet.design.engine import run as run_chunks
 from trivet.design.evaluation import Evaluation
 from trivet.design.sampling import Grid, Sampling, sampling
 from trivet.design.store import Chunk, Column, Layout, Results, open_store, read
-from trivet.design.study import STATUSES, WORKED_OUT, Study, unpacked
+from trivet.design.study import PARTLY, STATUSES, WORKED_OUT, Study, unpacked
 from trivet.errors import InputError
 
 Array = NDArray[Any]
@@ -123,7 +123,7 @@ class Sweep:
             own = picked[(picked >= start) & (picked < start + READ)] - start
             names = [*self.variables, *self.quantities]
             part = np.column_stack([self.results.column(name, start, start + READ)[own] for name in names])
-            rows.append(part[self.results.status(start, start + READ)[own] == WORKED_OUT])
+            rows.append(part[np.isin(self.results.status(start, start + READ)[own], (WORKED_OUT, PARTLY))])
         found = np.concatenate(rows)
         return found[:, : len(self.variables)], found[:, len(self.variables) :]
 

@@ -6,13 +6,16 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from rich.table import Table
 
 from trivet.design.engine import Outcome
-from trivet.design.study import Column, Study
+from trivet.design.study import PARTLY, STATUSES, Column, Study
 from trivet.design.sweep import Summary, Sweep
 from trivet.views.fitted import Fitted
 from trivet.views.layout import table
 from trivet.views.si import finite, key
+
+REACHED_ALONE = 'of a design the check points that it reaches count alone; the quantity "reached" tells their share'
 
 
 def tables(result: Sweep, outcome: Outcome) -> Iterator[Any]:
@@ -20,7 +23,9 @@ def tables(result: Sweep, outcome: Outcome) -> Iterator[Any]:
     done = result.results.done
     yield f"{', '.join(result.study.names)}: {result.count:,} designs, {_words(result.statuses)}"
     yield _quantities(result)
-    yield _designs(result)
+    ends = _designs(result)
+    if ends.row_count:
+        yield Fitted(ends, names=2, note=REACHED_ALONE if STATUSES[PARTLY] in result.statuses else "")
     for fault in outcome.mended:
         yield f"mended: {fault}"
     for failure in outcome.failures:
@@ -42,12 +47,12 @@ def _quantities(result: Sweep) -> Any:
     return Fitted(rows, names=2)
 
 
-def _designs(result: Sweep) -> Any:
+def _designs(result: Sweep) -> Table:
     rows = table("designs at the ends", "", "at its", "design", *result.variables, left=2)
     for one, column in zip(result.summaries, result.study.columns, strict=True):
         for end, index in _ends(one):
             rows.add_row(one.name, end, str(index), *design_words(result.study, column.place, result.design(index)))
-    return Fitted(rows, names=2)
+    return rows
 
 
 def _ends(one: Summary) -> list[tuple[str, int]]:
