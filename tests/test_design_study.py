@@ -14,6 +14,7 @@ from documents import message_of
 from scipy.stats import kstest
 
 from trivet.design.aims import aims_of
+from trivet.design.evaluation import Evaluation
 from trivet.design.laws import Choices, Law, LogUniform, Normal, Uniform
 from trivet.design.sampling import Sobol
 from trivet.design.study import Study, read_study, unpacked
@@ -225,6 +226,35 @@ def test_what_decides_results_makes_another_store(tmp_path: Path) -> None:
         {"machines": ["azulay-196"]}, {"variables": [{**LENGTH, "low": "206 mm"}]}, {"load": {"gravity": ["0 m/s^2"] * 3}},
     ]  # fmt: skip
     assert len({fingerprint(**change) for change in others} | {first}) == len(others) + 1
+
+
+@pytest.mark.parametrize(
+    ("quantity", "count", "chunk"),
+    [
+        ("mean K_xx", 20, 4), ("mean K_xx", 200, 8), ("mean K_xx", 5000, 128), ("mean K_xx", 100_000, 1024),
+        ("mean K_xx", 10_000_000, 1024), ("home frequency", 200, 4), ("home K_xx", 200, 65_536), ("home K_xx", 10**7, 65_536),
+    ],
+)  # fmt: skip
+def test_a_sweep_has_chunks_to_keep_where_they_are_worth_their_writing(
+    tmp_path: Path, quantity: str, count: int, chunk: int
+) -> None:
+    made = study(tmp_path, quantities=[quantity], poses={"steps": 10, "rolls": 360})
+    assert chunk_of(made, count) == chunk
+
+
+def test_values_do_not_depend_on_chunks(tmp_path: Path) -> None:
+    made = study(tmp_path, quantities=["mean K_xx"], poses={"steps": 10, "rolls": 360}, sweep={"count": 64})
+    small, large = (SweepTask(made.packed, sampling_of(made), chunk).prepared() for chunk in (4, 128))
+    parts, whole = [small(k) for k in range(16)], large(0)
+    assert np.array_equal(np.concatenate([own.columns for own in parts], axis=1), whole.columns)
+    assert np.array_equal(np.concatenate([own.status for own in parts]), whole.status)
+
+
+def test_a_small_chunk_is_not_filled_up_to_a_great_call(tmp_path: Path) -> None:
+    made = study(tmp_path, quantities=["mean K_xx"], poses={"steps": 10, "rolls": 360})
+    usual = Evaluation(made)
+    assert Evaluation(made, most=2).piece == min(2 * usual.tile, usual.piece)
+    assert Evaluation(made, most=1000).piece == usual.piece
 
 
 def test_an_optimisation_knows_its_study_by_what_decides_results(tmp_path: Path) -> None:

@@ -48,11 +48,11 @@ class Worked(NamedTuple):
 class Evaluation:
     """A study's quantities of any designs; kernels compile once."""
 
-    def __init__(self, study: Study, piece: int | None = None) -> None:
-        """`piece` designs per call, a fixed number, where many are not asked for at a time."""
+    def __init__(self, study: Study, piece: int | None = None, most: int = MOST_DESIGNS) -> None:
+        """`piece` designs per call, a fixed number, where many are not asked for at a time; or at `most` about so many."""
         self.study = study
         self.columns: list[Column] = study.columns
-        self._piece = piece
+        self._piece, self._most = piece, most
 
     @property
     def is_over_points(self) -> bool:
@@ -90,7 +90,9 @@ class Evaluation:
         """Designs per call."""
         if self._piece is not None:
             return self._piece
-        return max(self.tile, min(MOST_DESIGNS, _power_of_two(max(1, PIECE // self.poses))))
+        usual = max(self.tile, min(MOST_DESIGNS, _power_of_two(max(1, PIECE // self.poses))))
+        # No single tile where there are usually more: a loop of one round is compiled otherwise, and rounds otherwise.
+        return min(usual, max(2 * self.tile, _power_of_two(self._most)))
 
     def __call__(self, designs: Array) -> Worked:
         """Designs (n, d) worked out."""

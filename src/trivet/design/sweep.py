@@ -29,6 +29,12 @@ LEAST_COST = 6_000_000
 """The same of a small sweep, which has more chunks, so that it tells how far it is and several workers have something to do."""
 CHUNKS = 64
 """Of a small sweep."""
+FEWEST = 20
+"""Chunks that even a smaller sweep has, so that it keeps something when it is stopped, where they are worth their writing."""
+WORTH = 300_000
+"""Poses of a map that take about as long as to send, to write and to settle a chunk."""
+CALLS = 4
+"""Of a chunk at least, which are under way on several cores together."""
 MOST_IN_CHUNK = 65_536
 READ = 65_536
 """Designs that are read at a time."""
@@ -44,7 +50,7 @@ class SweepTask(NamedTuple):
     def prepared(self) -> Callable[[int], Chunk]:
         """The work on one chunk."""
         study = unpacked(self.packed)
-        evaluation = Evaluation(study)
+        evaluation = Evaluation(study, most=max(1, self.chunk // CALLS))
 
         def work(k: int) -> Chunk:
             designs = drawn(study, self.sampling, k * self.chunk, min((k + 1) * self.chunk, self.sampling.count))
@@ -182,7 +188,8 @@ def chunk_of(study: Study, count: int) -> int:
     if study.given.sweep.chunk is not None:
         return study.given.sweep.chunk
     cost = Evaluation(study).cost
-    most = max(1, min(MOST_IN_CHUNK, CHUNK_COST // cost, max(LEAST_COST // cost, -(-count // CHUNKS))))
+    most = min(MOST_IN_CHUNK, CHUNK_COST // cost, max(LEAST_COST // cost, -(-count // CHUNKS)))
+    most = max(1, min(most, max(WORTH // cost, -(-count // FEWEST))))
     return 1 << (most.bit_length() - 1)
 
 
