@@ -75,7 +75,7 @@ def test_counts_never_ask() -> None:
 def test_an_interrupted_study_says_what_it_keeps(leaving: BaseException, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(type(leaving)), goes_on("some.zarr"):
         raise leaving
-    assert capsys.readouterr() == ("", "some.zarr keeps what is worked out; the same command goes on\n")
+    assert capsys.readouterr() == ("", "whatever some.zarr holds by now is kept; the same command goes on from there\n")
 
 
 def test_a_study_that_ends_by_itself_says_nothing_of_it(capsys: pytest.CaptureFixture[str]) -> None:

@@ -114,13 +114,13 @@ class _Starting:
 
 @contextmanager
 def goes_on(path: str) -> Iterator[None]:
-    """Say, where the work is interrupted, that what is done is kept, and where."""
+    """Say, where the work is interrupted, that what is done, which may be nothing yet, is kept, and where."""
     try:
         yield
     except (KeyboardInterrupt, SystemExit) as leaving:
         if isinstance(leaving, KeyboardInterrupt) or int(leaving.code or 0) > 128:  # by a signal
             settle()
-            print(f"{one_line(path)} keeps what is worked out; the same command goes on", file=sys.stderr)
+            print(f"whatever {one_line(path)} holds by now is kept; the same command goes on from there", file=sys.stderr)
         raise
 
 
