@@ -22,7 +22,7 @@ What `--help` prints, of all commands; made from it by `python docs/make_command
 with its unit (`"20 deg"`, `"3 N/um"`), three of them are separated by commas (`"0 mm, 0 mm, 125 mm"`). A value that begins
 with a minus is joined by an equals sign (`--roll=-alpha`). Every command takes `--help`.
 
-Exit codes: 0 done, 1 no result (a pose that cannot be reached, say), 2 wrong input, 130 interrupted."""
+Exit codes: 0 done, 1 no result (a pose that cannot be reached, say), 2 wrong input, 130 interrupted, 143 ended by SIGTERM."""
 
 
 def page() -> str:

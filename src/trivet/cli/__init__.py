@@ -32,7 +32,8 @@ def program() -> None:
 
 
 def main() -> None:
-    """Run a command; errors become one line and an exit code (2 wrong input, 1 no result, 130 interrupted)."""
+    """Run a command; errors become one line and an exit code (2 wrong input, 1 no result, 130 interrupted, 143 ended
+    by SIGTERM)."""
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):  # end as by an exception, so that half-written files are cleared away
         if hasattr(signal, name) and signal.getsignal(getattr(signal, name)) != signal.SIG_IGN:
             signal.signal(getattr(signal, name), _leave)
