@@ -287,16 +287,34 @@ def test_alternatives_are_dominated_and_ranked_by_what_dominates_them():
     assert set(front.ranks) == {1, 2}
 
 
-def test_progress_is_told_of_both_stages_and_grows_in_each():
+def test_progress_is_told_of_all_stages_and_grows_in_each():
     heard = []
     searched(binh_korn(), few(200), Polishing(points=6), tell=heard.append)
     parts = [(stage, list(some)) for stage, some in groupby(heard, key=lambda one: one.stage)]
-    assert [stage for stage, _ in parts] == ["evolution", "polish"] * TURNS
+    assert [stage for stage, _ in parts] == ["evolution", "coarse polish"] * TURNS + ["polish"]
+    evolving = [[one.done for one in some] for stage, some in parts if stage == "evolution"]
+    assert evolving == [[0, 30, 60], [60, 90, 120], [120, 150, 180], [180, 210]]  # in all; whole generations
     for stage, some in parts:
-        if stage == "evolution":
-            assert [one.done for one in some] == list(range(30, 30 * len(some) + 1, 30))
-            assert some[-1].done - 30 < some[-1].of <= some[-1].done
-        assert all(0 <= one.done <= one.of + 30 for one in some)
+        done = [one.done for one in some]
+        assert done == sorted(done)
+        assert stage == "evolution" or done[0] == 0  # before what may take long
+        assert {one.of for one in some} == {"evolution": {210}, "coarse polish": {8}, "polish": {None}}[stage]
+        assert all(one.of is None or one.done <= one.of for one in some)
+    assert [one.done for one in parts[-1][1]] == list(range(len(parts[-1][1])))  # none is left out, none twice
+
+
+def test_evolution_of_no_whole_generations_is_told_no_more_than_it_was_asked_for():
+    heard = []
+    evolved(Asked(binh_korn()), few(50), tell=heard.append)
+    assert [(one.done, one.of) for one in heard] == [(0, 50), (30, 50), (50, 50)]
+
+
+def test_that_limits_are_yet_to_be_met_is_told():
+    toy = Toy(lambda x: ((x[0],), (x[1],), (x[0] - 0.3,), (2 - x[1],)), [0, 0], [1, 1], constraints=("short", "high"))
+    heard = []
+    with pytest.raises(NoResultError):
+        searched(toy, few(60), Polishing(), tell=heard.append)
+    assert heard[-1][:3] == ("limits", 0, None)
 
 
 # Where there is no result.

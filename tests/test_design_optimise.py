@@ -6,6 +6,7 @@ import json
 import math
 import os
 import re
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -83,10 +84,16 @@ FRONT = GivenAims(maximise=["mean K_xx"], minimise=["mass"], evaluations=96, pop
 
 
 def test_a_front_of_machines_is_told_with_all_that_there_is_to_say() -> None:
-    steps: list[tuple[str, str, int, int]] = []
+    steps: list[tuple[str, str, int, int | None]] = []
     study = seeking([LENGTH, OUTER], FRONT, load("azulay"), load("eclipse"))
     found = optimise(study, points=6, progress=lambda machine, stage, done, of, _: steps.append((machine, stage, done, of)))
     own = {name: sum(study.names[one.place] == name for one in found.members) for name in study.names}
+    stages = [stage for stage, _ in groupby(steps, key=lambda step: step[:2])]
+    assert [stage for stage in stages if stage[1] not in ("evolution", "coarse polish", "polish")] == [
+        *((name, "all quantities") for _ in ("front", "alternatives") for name in study.names),
+        *((name, "check") for name, count in own.items() if count),
+    ]
+    assert all(next(done for *stage, done, _ in steps if tuple(stage) == one) == 0 for one in stages)
     assert [step for step in steps if step[1] == "check"] == [
         (name, "check", done, count) for name, count in own.items() if count for done in range(count + 1)
     ]

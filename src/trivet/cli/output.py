@@ -162,7 +162,7 @@ def busy(doing: str, quiet: bool) -> Any:
 
 def counted(done: int, total: int | None) -> str:
     """How many are done, and of how many where that is known."""
-    return str(done) if total is None else f"{done} of {total}"
+    return f"{done:,}" if total is None else f"{done:,} of {total:,}"
 
 
 _FIRST = "getting ready"
@@ -204,6 +204,18 @@ def progress(quiet: bool, unit: str = "points") -> Iterator[Callable[..., None]]
 def remaining(quiet: bool, unit: str) -> Iterator[Callable[..., None]]:
     """A bar for long work; gives what is called with how many are done, of how many, the seconds that the rest takes, and what
     is done where that is not the unit."""
+    with stages(quiet) as show:
+
+        def advance(done: int, total: int, seconds: float | None = None, doing: str = unit) -> None:
+            show(doing, done, total, "" if seconds is None else f"about {lasting(seconds)} left")
+
+        yield advance
+
+
+@contextmanager
+def stages(quiet: bool) -> Iterator[Callable[[str, int, int | None, str], None]]:
+    """One bar, of what is running; gives what is called with what that is, how many are done, of how many where that is known,
+    and what is to be said beside it."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
@@ -213,17 +225,20 @@ def remaining(quiet: bool, unit: str) -> Iterator[Callable[..., None]]:
         BarColumn(),
         TextColumn("{task.fields[count]}"),
         TimeElapsedColumn(),
-        TextColumn("{task.fields[rest]}"),
+        TextColumn("{task.fields[beside]}"),
     )
     settle()
     with Progress(*columns, console=Console(stderr=True), transient=True, disable=quiet or not sys.stderr.isatty()) as bar:
-        task = bar.add_task(_FIRST, total=None, count="", rest="")
+        bar.add_task(_FIRST, total=None, count="", beside="")
 
-        def advance(done: int, total: int, seconds: float | None = None, doing: str = unit) -> None:
-            rest = "" if seconds is None else f"about {lasting(seconds)} left"
-            bar.update(task, description=doing, completed=done, total=total, count=f"{done:,} of {total:,}", rest=rest)
+        def show(doing: str, done: int, total: int | None, beside: str) -> None:
+            (task,) = bar.tasks
+            # An update takes no total for that of before, and a bar that was full once stands still.
+            task.total, task.finished_time = total, None
+            count = counted(done, total) if total is not None else f"{counted(done, None)} done"
+            bar.update(task.id, description=doing, completed=done, count=count, beside=beside)
 
-        yield advance
+        yield show
 
 
 def lasting(seconds: float) -> str:

@@ -28,8 +28,9 @@ from trivet.model import Machine
 KEPT = 1e-3
 """By how much a limit may be missed over finer check points, between those at which it was held, and counts as kept."""
 
-Progress = Callable[[str, str, int, int, int], None]
-"""Called with the machine, the stage, how much of it is done and of how much, and how many designs are on the front."""
+Progress = Callable[[str, str, int, int | None, int], None]
+"""Called with the machine, the stage, how many designs are done and of how many (None where that is not known), and how many of
+the machine's designs no other dominates so far."""
 
 
 class Member(NamedTuple):
@@ -104,8 +105,9 @@ def optimise(
         study: with what it seeks.
         store: file that keeps what was worked out, so that an interrupted run goes on.
         points: designs told of each machine, at most.
-        seconds: for polishing each machine's front.
-        progress: called as it goes on.
+        seconds: for polishing each machine's front: half for the coarse turns between those of evolution, half for the last
+            one.  Kernels that are compiled in them count.
+        progress: called as it goes on, and first with nothing done in every stage.
         damaged: called with the bytes of the store that were damaged, and are worked out again.
 
     Raises:
@@ -149,8 +151,8 @@ class _Found(NamedTuple):
 
 
 def _together(study: Study, aims: Aims, found: list[_Found], missing: tuple[str, ...], progress: Progress) -> Optimisation:
-    members = [one for own in found for one in _members(own)]
-    beside = [one for own in found for one in _alternatives(own)]
+    members = [one for own in found for one in _members(own, progress)]
+    beside = [one for own in found for one in _alternatives(own, progress)]
     whole = Optimisation(study, aims, tuple(members), tuple(beside), missing)
     best = is_best(whole.objectives(whole.members))
     kept_members = [one for one, is_on in zip(members, best, strict=True) if is_on]
@@ -160,8 +162,9 @@ def _together(study: Study, aims: Aims, found: list[_Found], missing: tuple[str,
     return Optimisation(study, aims, tuple(again[k] for k in order), (*others, *beside), missing)
 
 
-def _members(found: _Found) -> list[Member]:
+def _members(found: _Found, progress: Progress) -> list[Member]:
     problem, front = found.problem, found.front
+    progress(problem.study.names[problem.place], "all quantities", 0, len(front.designs), len(front.designs))
     greatest = remembered(found.memo, b"rows", front.designs, partial(_greatest, problem))
     bounds = [_ends(problem.study, problem.place, own) for own in front.bounds]
     parts = zip(front.designs, _values(found, front.designs), front.is_polished.tolist(), greatest, bounds, strict=True)
@@ -193,12 +196,13 @@ def _active(problem: MachineProblem, greatest: Array) -> tuple[str, ...]:
     return tuple(limit.words for limit, row in zip(problem.aims.limits, own, strict=True) if row >= -HELD)
 
 
-def _alternatives(found: _Found) -> list[Member]:
-    designs = found.front.alternatives
+def _alternatives(found: _Found, progress: Progress) -> list[Member]:
+    problem, designs = found.problem, found.front.alternatives
     if not len(designs):
         return []
+    progress(problem.study.names[problem.place], "all quantities", 0, len(designs), len(found.front.designs))
     rows = zip(designs, _values(found, designs), strict=True)
-    return [Member(found.problem.place, *row, False, (), (), np.zeros(0), np.nan) for row in rows]
+    return [Member(problem.place, *row, False, (), (), np.zeros(0), np.nan) for row in rows]
 
 
 def _values(found: _Found, designs: Array) -> Array:

@@ -50,7 +50,12 @@ def run(
     points: Annotated[int, typer.Option("--points", help="Designs told of each machine, at most.", min=2, max=500)] = 40,
     polish: Annotated[
         str | None,
-        typer.Option("--polish", help="Time for polishing each front; until it is done by default.", metavar="TIME"),
+        typer.Option(
+            "--polish",
+            help="Time for polishing each machine's front, half of it for the coarse turns between those of evolution, half "
+            "for the last one; kernels compiled in them count, evolution does not. Until it is done by default.",
+            metavar="TIME",
+        ),
     ] = None,
     out: MachinesOutput,
 ) -> None:
@@ -66,10 +71,12 @@ def run(
     seconds = o.quantity("--polish", polish, "time", "s", positive=True)
     out.check()
     file = store if store is not None else f"{Path(study).stem}.evaluations"
-    with output.goes_on(file), output.progress(out.as_json, "") as advance:
+    names = asked.names
+    where = {name: f"{name} ({k} of {len(names)})" if len(names) > 1 else name for k, name in enumerate(names, 1)}
+    with output.goes_on(file), output.stages(out.as_json) as show:
 
-        def tell(machine: str, stage: str, done: int, total: int, best: int) -> None:
-            advance(f"{machine}, {stage}", done, total, f"({best} on the front)")
+        def tell(machine: str, stage: str, done: int, total: int | None, best: int) -> None:
+            show(f"{where[machine]}, {stage}", done, total, f"{best:,} that no other dominates")
 
         result = optimise(
             asked,

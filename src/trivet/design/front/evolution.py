@@ -30,9 +30,11 @@ class Progress(NamedTuple):
     """How far a search has come."""
 
     stage: str
+    """The first word of each has nothing done yet: it comes before what may take long, as kernels that are compiled."""
     done: int
-    """Designs evolved, or points polished."""
-    of: int
+    """Designs evolved, or polished."""
+    of: int | None
+    """How many will be; None where that is not known."""
     archive: Archive
 
 
@@ -48,15 +50,18 @@ def evolved(
         asked: the problem.
         how: how long.
         start: designs (n, d) to begin with, beside random ones.
-        tell: called after every generation.
+        tell: called first, and after every generation.
         archive: what takes in the best, an empty one where not given.
     """
-    from pymoo.core.evaluator import Evaluator
-    from pymoo.problems.static import StaticProblem
-
     problem, box = asked.problem, Box.of(asked.problem)
     if archive is None:
         archive = Archive.empty(len(box.low), len(problem.objectives), len(problem.constraints))
+    if tell is not None:
+        tell(Progress("evolution", 0, how.evaluations, archive))
+
+    from pymoo.core.evaluator import Evaluator
+    from pymoo.problems.static import StaticProblem
+
     algorithm = _algorithm(asked, box, how, np.zeros((0, len(box.low))) if start is None else box.genes(np.asarray(start)))
     ends, done = time.monotonic() + how.seconds, 0
     while done < how.evaluations and (done == 0 or time.monotonic() < ends):
@@ -70,7 +75,7 @@ def evolved(
         archive.add(designs, values)
         done += len(designs)
         if tell is not None:
-            tell(Progress("evolution", done, how.evaluations, archive))
+            tell(Progress("evolution", min(done, how.evaluations), how.evaluations, archive))
     archive.prune()
     return archive
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from trivet.design.front.archive import spread
-from trivet.design.front.evolution import Progress
 from trivet.design.front.polisher import Point, Polisher
 from trivet.design.front.problem import Array
 from trivet.design.front.program import Goal, Program, gain, improving
@@ -54,13 +53,14 @@ def coarsened(polisher: Polisher) -> None:
     Of two objectives or more, those at the ends go towards less of theirs alone.
     """
     climbers = _begun(polisher, min(polisher.how.points, MEMBERS)) if polisher.box.is_free.any() else []
+    if climbers:
+        polisher.told("coarse polish", 0, len(climbers))
     while not polisher.is_late and (left := [climber for climber in climbers if not climber.is_done]):
         ways = [_way(polisher, climber) for climber in left]
         tried = polisher.tried(np.concatenate(ways), polisher.asked)
         for k, climber in enumerate(left):
             _step(climber, tried[k * len(PARTS) : (k + 1) * len(PARTS)])
-        if polisher.tell is not None:
-            polisher.tell(Progress("polish", len(climbers) - len(left), len(climbers), polisher.archive))
+        polisher.told("coarse polish", sum(climber.is_done for climber in climbers), len(climbers))
     polisher.archive.prune()
 
 

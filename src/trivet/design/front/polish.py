@@ -34,8 +34,11 @@ def polished(asked: Asked, archive: Archive, how: Polishing, tell: Tell | None =
     """
     polisher = Polisher(asked, archive, how, tell)
     if not len(archive):
+        polisher.told("limits", 0)
         met(polisher)
-    for stage in (coarsened, _polish_ends, _polish_members, _fill_gaps, _exchange, _fill_gaps, _polish_rest):
+    coarsened(polisher)
+    polisher.told("polish", 0)
+    for stage in (_polish_ends, _polish_members, _fill_gaps, _exchange, _fill_gaps, _polish_rest):
         stage(polisher)
     archive.prune()
 

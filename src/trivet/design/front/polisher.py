@@ -99,6 +99,11 @@ class Polisher:
         best = is_best(np.array([point.both[: self.many] for point in points]).reshape(len(points), self.many))
         return [point for point, is_on in zip(points, best, strict=True) if is_on]
 
+    def told(self, stage: str, done: int, of: int | None = None) -> None:
+        """Says how far a stage is."""
+        if self.tell is not None:
+            self.tell(Progress(stage, done, of, self.archive))
+
     def finish(self, point: Point) -> bool:
         """Keeps what was polished to the end; returns whether it is new on the front."""
         key = point.design.tobytes()
@@ -107,8 +112,7 @@ class Polisher:
             return False
         self.finished[key] = point
         self.archive.polished.add(key)
-        if self.tell is not None:
-            self.tell(Progress("polish", len(self.front), self.how.points, self.archive))
+        self.told("polish", len(self.finished))
         return key in (one.design.tobytes() for one in self.front)
 
     def towards(self, start: Array, reference: Array, direction: Array) -> Point:

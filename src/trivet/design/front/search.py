@@ -34,7 +34,7 @@ def searched(
         polishing: how fine the front becomes, and how many points it has at most.
         memo: what is known, and where what becomes known is kept.
         start: designs (n, d) to begin with, beside random ones.
-        tell: called as the search goes on.
+        tell: called as the search goes on; evolution counts through all turns.
 
     Raises:
         NoResultError: no design meets all constraints, or none has a value.
@@ -43,7 +43,7 @@ def searched(
     archive = Archive.empty(len(problem.low), len(problem.objectives), len(problem.constraints))
     some = replace(polishing, seconds=COARSE * polishing.seconds / (TURNS - 1))
     for turn in range(TURNS):
-        evolved(asked, _part(evolution, turn), start, tell, archive)
+        evolved(asked, _part(evolution, turn), start, _through(evolution, turn, tell), archive)
         if turn < TURNS - 1:
             if len(archive):
                 coarsened(Polisher(asked, archive, some, tell))
@@ -54,12 +54,25 @@ def searched(
 
 def _part(evolution: Evolution, turn: int) -> Evolution:
     """What evolves in one of the turns: whole generations, those that do not share out evenly first."""
-    generations = -(-evolution.evaluations // evolution.population)
-    done, after = (-(-generations * k // TURNS) for k in (turn, turn + 1))
     return replace(
         evolution,
-        evaluations=(after - done) * evolution.population, seconds=evolution.seconds / TURNS, seed=evolution.seed + turn,
+        evaluations=_before(evolution, turn + 1) - _before(evolution, turn),
+        seconds=evolution.seconds / TURNS, seed=evolution.seed + turn,
     )  # fmt: skip
+
+
+def _before(evolution: Evolution, turn: int) -> int:
+    """How many designs evolve before one of the turns."""
+    generations = -(-evolution.evaluations // evolution.population)
+    return -(-generations * turn // TURNS) * evolution.population
+
+
+def _through(evolution: Evolution, turn: int, tell: Tell | None) -> Tell | None:
+    """Tells of the evolution in one of the turns as part of that in all."""
+    if tell is None:
+        return None
+    done, total = _before(evolution, turn), _before(evolution, TURNS)
+    return lambda own: tell(own._replace(done=done + own.done, of=total))
 
 
 def _parents(archive: Archive, many: int) -> Array:
