@@ -279,7 +279,7 @@ def test_the_command(trivet: Any, tmp_path: Path) -> None:
     assert (first["machine"], second["machine"]) == ("azulay@link.length=300 mm", "glozman")
     assert first["first_order"]["elasticities"]["steel.density"] == pytest.approx(1)
     assert first["first_order"]["slopes_SI"]["tube"] is None
-    assert second["first_order"]["slopes_SI"]["links"] == 0
+    assert second["first_order"]["slopes_SI"]["links"] is None
     assert first["quantile_05_kg"] < first["mean_kg"] < first["quantile_95_kg"]
     (pair,) = found["pairs"]
     assert pair["count"] == sum(own["count"] for own in found["orders"] if own["order"][0] == first["machine"])
