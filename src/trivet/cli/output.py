@@ -170,8 +170,7 @@ _FIRST = "getting ready"
 
 @contextmanager
 def progress(quiet: bool, unit: str = "points") -> Iterator[Callable[..., None]]:
-    """A bar per name; gives what is called with a name and how many are done (of how many, where that is known), and with what
-    is to be said beside the count where that is not the unit.
+    """A bar per name; gives what is called with a name and how many are done (of how many, where that is known).
 
     Until it is called first there is a bar that says no more than that something goes on.
     """
@@ -190,12 +189,12 @@ def progress(quiet: bool, unit: str = "points") -> Iterator[Callable[..., None]]
     with Progress(*columns, console=Console(stderr=True), transient=True, disable=quiet or not sys.stderr.isatty()) as bar:
         tasks[_FIRST] = bar.add_task(_FIRST, total=None, count="")
 
-        def advance(name: str, done: int, total: int | None = None, beside: str = unit) -> None:
+        def advance(name: str, done: int, total: int | None = None) -> None:
             if _FIRST in tasks:
                 bar.remove_task(tasks.pop(_FIRST))
             if name not in tasks:
                 tasks[name] = bar.add_task(name, total=total, count="")
-            bar.update(tasks[name], completed=done, total=total, count=f"{counted(done, total)} {beside}".rstrip())
+            bar.update(tasks[name], completed=done, total=total, count=f"{counted(done, total)} {unit}".rstrip())
 
         yield advance
 
